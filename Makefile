@@ -1,0 +1,52 @@
+# `make demo` and `make test` each build everything they need into .venv.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+RUST_SOURCES := $(shell find rust -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
+
+.PHONY: build demo test lint format bench clean constraints
+
+build: $(VENV)/.built
+
+$(VENV)/.installed: pyproject.toml constraints.txt
+	$(PYTHON) -c 'import sys; sys.version_info >= (3, 11) or sys.exit("planegrasp needs Python 3.11 or newer, this is " + sys.version.split()[0] + "; choose another: make PYTHON=python3.12 ...")'
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --upgrade pip
+	$(BIN)/python -m pip install --quiet -c constraints.txt maturin
+	@touch $@
+
+$(VENV)/.built: $(VENV)/.installed $(RUST_SOURCES)
+	$(BIN)/python -m pip install --quiet -c constraints.txt --no-build-isolation -e ".[dev]"
+	@touch $@
+
+demo: build
+	$(BIN)/planegrasp demo --output out/demo
+
+test: build
+	cargo test --release --workspace --exclude planegrasp-python --quiet
+	$(BIN)/python -m pytest -n 2 -q
+
+lint: build
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	cargo fmt --check
+	cargo clippy --release --workspace --all-targets --quiet -- -D warnings
+
+format: build
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+	cargo fmt
+
+bench: build
+	for name in tilt objects pose negatives; do \
+		$(BIN)/planegrasp bench $$name --json out/bench/$$name.json || exit 1; done
+
+# Resolve the pinned versions anew, without any index address in the file.
+constraints: $(VENV)/.installed
+	$(BIN)/python -m pip install --quiet uv
+	$(BIN)/uv pip compile --quiet --universal --no-emit-index-url --no-header --no-annotate --python-version 3.11 \
+		--all-extras pyproject.toml constraints.in -o constraints.txt
+
+clean:
+	rm -rf $(VENV) target out

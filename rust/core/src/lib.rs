@@ -1,0 +1,1 @@
+//! Arithmetic of planegrasp. Knows nothing of Python.
