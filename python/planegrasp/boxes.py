@@ -1,0 +1,48 @@
+"""Where the six sides of a box are: their sizes and poses in the box's frame.
+
+The origin is the box's centre; x points to its right, y up and z out of its front side. Sides are
+upright as the box unfolds from its front: left, right and back have y up; the lower edge of "top"
+and the upper edge of "bottom" touch the front.
+"""
+
+from __future__ import annotations
+
+import math
+
+from planegrasp.errors import InvalidInputError
+from planegrasp.geometry import RigidTransform, Rotation
+from planegrasp.objects import check_length
+
+SIDES = ("front", "back", "left", "right", "top", "bottom")
+
+
+def box_face_size(size: tuple[float, float, float], side: str) -> tuple[float, float]:
+    """Width and height [m] of one side of a box of (width, height, depth)."""
+    width, height, depth = _check_box(size, side)
+    if side in ("front", "back"):
+        return width, height
+    return (depth, height) if side in ("left", "right") else (width, depth)
+
+
+def box_face_pose(size: tuple[float, float, float], side: str) -> RigidTransform:
+    """T_object_face of one side of a box of (width, height, depth), see above."""
+    width, height, depth = _check_box(size, side)
+    distance = {"front": depth, "back": depth, "left": width, "right": width}.get(side, height) / 2
+    turn = {
+        "front": Rotation.identity(),
+        "back": Rotation.from_euler("y", math.pi),
+        "right": Rotation.from_euler("y", math.pi / 2),
+        "left": Rotation.from_euler("y", -math.pi / 2),
+        "top": Rotation.from_euler("x", -math.pi / 2),
+        "bottom": Rotation.from_euler("x", math.pi / 2),
+    }[side]
+    return RigidTransform.from_components(turn.apply([0.0, 0.0, distance]), turn)
+
+
+def _check_box(size: tuple[float, float, float], side: str) -> tuple[float, float, float]:
+    if side not in SIDES:
+        raise InvalidInputError(f"a box has no side {side!r}; its sides are {', '.join(SIDES)}")
+    if len(size) != 3:
+        raise InvalidInputError(f"a box's size is (width, height, depth) in metres, got {size}")
+    width, height, depth = (check_length(value, "size of a box") for value in size)
+    return width, height, depth

@@ -1,0 +1,1 @@
+"""From photos to reference images: rectifying, measuring and judging them."""
