@@ -27,16 +27,15 @@ def box_face_size(size: tuple[float, float, float], side: str) -> tuple[float, f
 def box_face_pose(size: tuple[float, float, float], side: str) -> RigidTransform:
     """T_object_face of one side of a box of (width, height, depth), see above."""
     width, height, depth = _check_box(size, side)
-    distance = {"front": depth, "back": depth, "left": width, "right": width}.get(side, height) / 2
-    turn = {
-        "front": Rotation.identity(),
-        "back": Rotation.from_euler("y", math.pi),
-        "right": Rotation.from_euler("y", math.pi / 2),
-        "left": Rotation.from_euler("y", -math.pi / 2),
-        "top": Rotation.from_euler("x", -math.pi / 2),
-        "bottom": Rotation.from_euler("x", math.pi / 2),
+    axis, angle, centre = {
+        "front": ("y", 0.0, (0.0, 0.0, depth / 2)),
+        "back": ("y", math.pi, (0.0, 0.0, -depth / 2)),
+        "left": ("y", -math.pi / 2, (-width / 2, 0.0, 0.0)),
+        "right": ("y", math.pi / 2, (width / 2, 0.0, 0.0)),
+        "top": ("x", -math.pi / 2, (0.0, height / 2, 0.0)),
+        "bottom": ("x", math.pi / 2, (0.0, -height / 2, 0.0)),
     }[side]
-    return RigidTransform.from_components(turn.apply([0.0, 0.0, distance]), turn)
+    return RigidTransform.from_components(centre, Rotation.from_euler(axis, angle))
 
 
 def _check_box(size: tuple[float, float, float], side: str) -> tuple[float, float, float]:
