@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -30,6 +31,7 @@ class FaceDetection:
         reference_points: N×2 inliers in the reference image (edge coordinates).
         image_points: N×2 the same inliers in the frame (undistorted pixels).
         coverage: share of the face, 0 … 1, over which the inliers are spread.
+        agreement: share of the face's textured cells, 0 … 1, that look like the reference.
     """
 
     name: str
@@ -38,11 +40,17 @@ class FaceDetection:
     reference_points: NDArray[np.float64]
     image_points: NDArray[np.float64]
     coverage: float
+    agreement: float
 
     @property
     def inliers(self) -> int:
         """Number of matches that agree with the homography."""
         return len(self.image_points)
+
+    @property
+    def score(self) -> float:
+        """Confidence 0 … 1: how much of the face is seen, and by how many inliers."""
+        return self.agreement * (1.0 - math.exp(-self.inliers / 15.0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,7 +61,7 @@ class Detection:
         name: of the object in the library.
         instance: 0 for the best supported instance of this object in the frame, then 1, 2, …
         faces: the faces that were found, best supported first.
-        score: confidence 0 … 1 from the number and the spread of the inliers.
+        score: confidence 0 … 1, see `FaceDetection.score`; faces of one object add up.
         pose: the estimated pose, or None where the method could not give one.
         pose_failure: why there is no pose; "" where there is one.
     """

@@ -1,0 +1,1 @@
+"""The measurements that planegrasp reports: docs/benchmarks.md defines each of them."""

@@ -1,0 +1,72 @@
+"""Photographs that ship inside the scikit-image package, as objects and as backgrounds."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from planegrasp.errors import MissingExtraError
+from planegrasp.io.images import read_color
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+_FILES = {
+    "astronaut": "astronaut.png",
+    "coffee": "coffee.png",
+    "chelsea": "chelsea.png",
+    "immunohistochemistry": "ihc.png",
+    "rocket": "rocket.jpg",
+    "retina": "retina.jpg",
+}
+
+WELL_TEXTURED = ("astronaut", "coffee", "chelsea", "immunohistochemistry")
+WEAK = ("rocket", "retina")
+OBJECTS = (*WELL_TEXTURED, *WEAK)
+
+_BACKGROUNDS = (
+    "motorcycle_left.png",
+    "motorcycle_right.png",
+    "hubble_deep_field.jpg",
+    "gravel.png",
+    "brick.png",
+    "grass.png",
+    "coins.png",
+    "moon.png",
+    "page.png",
+    "text.png",
+    "camera.png",
+)
+
+
+def texture(name: str) -> NDArray[np.uint8]:
+    """One of the photographs in `OBJECTS`, H×W×3 uint8 RGB."""
+    return read_color(_folder() / _FILES[name])
+
+
+@cache
+def backgrounds() -> tuple[NDArray[np.uint8], ...]:
+    """Photographs and printed pages that are never used as objects."""
+    return tuple(read_color(_folder() / name) for name in _BACKGROUNDS)
+
+
+def random_background(rng: np.random.Generator) -> NDArray[np.uint8]:
+    """A random crop, mirrored at random, of one of the backgrounds."""
+    images = backgrounds()
+    image = images[int(rng.integers(len(images)))]
+    height, width = image.shape[:2]
+    share = rng.uniform(0.5, 1.0)
+    h, w = round(height * share), round(width * share)
+    y, x = rng.integers(height - h + 1), rng.integers(width - w + 1)
+    crop = image[y : y + h, x : x + w]
+    return crop[:, ::-1] if rng.random() < 0.5 else crop
+
+
+def _folder() -> Path:
+    try:
+        import skimage
+    except ImportError as error:
+        raise MissingExtraError("the demo and the benchmarks", "bench") from error
+    return Path(skimage.__file__).parent / "data"

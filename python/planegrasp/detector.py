@@ -1,0 +1,194 @@
+"""Find the library's objects in a frame and estimate their poses: the paper's Algorithm 1."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+from planegrasp.detection import Detection, DetectionReport
+from planegrasp.errors import InvalidInputError, LibraryError, PoseError
+from planegrasp.features import make_extractor
+from planegrasp.features.oblique import FRONTAL, ObliqueConfig
+from planegrasp.grouping import group_faces, observe
+from planegrasp.homography import HomographyConfig
+from planegrasp.library import ObjectLibrary
+from planegrasp.library.feature_cache import cache_for
+from planegrasp.matching.index import ReferenceIndex
+from planegrasp.pose import make_pose_estimator
+from planegrasp.references import prepare_face
+from planegrasp.search import FaceSearch
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from numpy.typing import NDArray
+
+    from planegrasp.detection import FaceDetection
+    from planegrasp.geometry import PinholeCamera
+    from planegrasp.objects import ObjectModel
+    from planegrasp.references import FaceReference
+    from planegrasp.rgbd import RGBDFrame
+
+
+@dataclass(frozen=True, slots=True)
+class DetectorConfig:
+    """Settings of the detector; the defaults are the best all-round choice.
+
+    Attributes:
+        extractor: "sift", "akaze", "brisk" or "orb".
+        matcher: "flann-kdtree", "flann-kmeans", "flann-lsh" or "brute-force"; "" takes
+            flann-kdtree for vectors and brute-force for bit strings.
+        pose: "fused", "pnp" or "three_point".
+        oblique: the views of each face that are learnt; None makes them for SIFT only.
+        reference_side: longest side of the reference image that features are taken from [px].
+        neighbours: how many nearest descriptors are looked at; more than a point has views.
+        same_place: points of a face closer than this share of its longest side are one place for
+            the ratio test.
+        max_instances: at most so many instances of one object in a frame.
+        homography: settings of estimation and verification.
+    """
+
+    extractor: str = "sift"
+    matcher: str = ""
+    pose: str = "fused"
+    oblique: ObliqueConfig | None = None
+    reference_side: int = 400
+    neighbours: int = 16
+    same_place: float = 0.03
+    max_instances: int = 8
+    homography: HomographyConfig = field(default_factory=HomographyConfig)
+
+    def __post_init__(self) -> None:
+        if self.reference_side < 32 or self.neighbours < 2 or self.max_instances < 1:
+            raise InvalidInputError(
+                f"need reference_side ≥ 32, neighbours ≥ 2 and max_instances ≥ 1, got "
+                f"{self.reference_side}, {self.neighbours}, {self.max_instances}"
+            )
+
+
+class Detector:
+    """Finds the objects of a library in RGB-D frames.
+
+    Features of the objects are extracted when the detector is made (or taken from the library's
+    cache); objects added to the library later need a new detector.
+
+    Raises:
+        LibraryError: the library is empty.
+        InvalidInputError: the configuration names something unknown, or two objects have one name.
+    """
+
+    def __init__(
+        self, library: ObjectLibrary | Iterable[ObjectModel], config: DetectorConfig | None = None
+    ) -> None:
+        self.config = config or DetectorConfig()
+        self._extractor = make_extractor(self.config.extractor)
+        self._pose = make_pose_estimator(self.config.pose)
+        self.references: tuple[FaceReference, ...] = tuple(self._prepare(library))
+        if not self.references:
+            raise LibraryError("the library is empty: teach an object first (`planegrasp teach`)")
+        usable = [r.set for r in self.references if len(r.set.points)]
+        if not usable:
+            raise LibraryError("no object of the library has features to be found by")
+        matcher = self.config.matcher or (
+            "brute-force" if self._extractor.is_binary else "flann-kdtree"
+        )
+        self._index = ReferenceIndex([r.set for r in self.references], matcher)
+        self._search = FaceSearch(self.references, self.config.homography)
+
+    def detect(self, frame: RGBDFrame) -> list[Detection]:
+        """All instances of all objects in a frame, best supported first."""
+        return list(self.explain(frame).detections)
+
+    def explain(self, frame: RGBDFrame) -> DetectionReport:
+        """The detections of a frame, with the fate of every face of the library and the times."""
+        watch = _StopWatch()
+        gray = cv2.cvtColor(frame.color, cv2.COLOR_RGB2GRAY).astype(np.uint8)
+        features = self._extractor.extract(gray)
+        watch.lap("extract")
+        image_points = frame.camera.undistort(features.points)
+        candidates = self._index.candidates(features, image_points, self.config.neighbours)
+        watch.lap("match")
+        undistorted = _undistort(gray, frame.camera)
+        faces, reports = self._search.find(
+            candidates, undistorted, frame.camera, self.config.max_instances
+        )
+        watch.lap("homography")
+        detections = self._with_poses(faces, frame)
+        watch.lap("pose")
+        return DetectionReport(tuple(detections), tuple(reports), watch.seconds)
+
+    def _with_poses(
+        self, found: dict[int, list[FaceDetection]], frame: RGBDFrame
+    ) -> list[Detection]:
+        """Join the faces that one object shows in this frame, and estimate one pose for it."""
+        detections: list[Detection] = []
+        for faces in self._faces_by_object(found):
+            model = faces[0][0].object
+            instances = group_faces(faces, self._pose, frame)
+            instances.sort(key=lambda group: -sum(f.inliers for _, f in group))
+            for instance, group in enumerate(instances[: self.config.max_instances]):
+                ordered = sorted(group, key=lambda pair: -pair[1].inliers)
+                pose, failure = None, ""
+                try:
+                    pose = self._pose.estimate([observe(r, f) for r, f in ordered], frame)
+                except PoseError as error:
+                    failure = str(error)
+                shown = tuple(f for _, f in ordered)
+                score = 1.0 - float(np.prod([1.0 - f.score for f in shown]))
+                detections.append(Detection(model.name, instance, shown, score, pose, failure))
+        return sorted(detections, key=lambda d: -d.inliers)
+
+    def _faces_by_object(
+        self, found: dict[int, list[FaceDetection]]
+    ) -> Iterator[list[tuple[FaceReference, FaceDetection]]]:
+        by_object: dict[str, list[tuple[FaceReference, FaceDetection]]] = {}
+        for face, detections in found.items():
+            reference = self.references[face]
+            for detection in detections:
+                by_object.setdefault(reference.object.name, []).append((reference, detection))
+        yield from by_object.values()
+
+    def _prepare(self, library: ObjectLibrary | Iterable[ObjectModel]) -> Iterator[FaceReference]:
+        oblique = self.config.oblique
+        if oblique is None:
+            oblique = ObliqueConfig() if self.config.extractor == "sift" else FRONTAL
+        names: set[str] = set()
+        for model in library:
+            if model.name in names:
+                raise InvalidInputError(f"two objects are called {model.name!r}")
+            names.add(model.name)
+            cache = cache_for(library, model.name) if isinstance(library, ObjectLibrary) else None
+            for face in model.faces:
+                yield prepare_face(
+                    model,
+                    face,
+                    self._extractor,
+                    oblique,
+                    longest_side=self.config.reference_side,
+                    same_place=self.config.same_place,
+                    load=cache.load if cache else None,
+                    store=cache.store if cache else None,
+                )
+
+
+def _undistort(gray: NDArray[np.uint8], camera: PinholeCamera) -> NDArray[np.uint8]:
+    if not camera.is_distorted:
+        return gray
+    return cv2.undistort(gray, camera.matrix, camera.coefficients).astype(np.uint8)
+
+
+class _StopWatch:
+    """Seconds spent in each stage."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def lap(self, stage: str) -> None:
+        now = time.perf_counter()
+        self.seconds[stage] = now - self._last
+        self._last = now

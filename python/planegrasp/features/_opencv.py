@@ -1,0 +1,39 @@
+"""Conversions between OpenCV's keypoints and `Features`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planegrasp.errors import ImageError
+from planegrasp.features.base import Features
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import cv2
+    from numpy.typing import NDArray
+
+
+def check_gray(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return the image C-contiguous, or raise ImageError if it is not H×W uint8."""
+    array = np.asarray(image)
+    if array.ndim != 2 or array.dtype != np.uint8 or array.size == 0:
+        raise ImageError(
+            f"an extractor takes a grey H×W uint8 image, got shape {array.shape}, {array.dtype}"
+        )
+    return np.ascontiguousarray(array)
+
+
+def to_features(
+    keypoints: Sequence[cv2.KeyPoint],
+    descriptors: NDArray[np.float32] | NDArray[np.uint8] | None,
+    empty: NDArray[np.float32] | NDArray[np.uint8],
+) -> Features:
+    """`Features` of OpenCV's result; `empty` (0×D) stands for its None when nothing was found."""
+    if descriptors is None or not len(keypoints):
+        none = np.zeros(0, np.float32)
+        return Features(np.zeros((0, 2), np.float32), none, none, empty)
+    table = np.array([(*k.pt, k.size, k.response) for k in keypoints], dtype=np.float32)
+    return Features(table[:, :2].copy(), table[:, 2].copy(), table[:, 3].copy(), descriptors)

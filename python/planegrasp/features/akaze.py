@@ -1,0 +1,54 @@
+"""AKAZE (Alcantarilla et al., BMVC 2013) with its M-LDB bit strings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+from planegrasp.features._opencv import check_gray, to_features
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from planegrasp.features.base import Features
+
+
+@dataclass(frozen=True, slots=True)
+class AKAZEConfig:
+    """Settings of AKAZE.
+
+    Attributes:
+        threshold: of the detector's response (OpenCV: 0.001); lower finds more.
+        octaves: of the non-linear scale space.
+        octave_layers: scales an octave.
+        max_features: the strongest are kept; -1 = all.
+    """
+
+    threshold: float = 5e-4
+    octaves: int = 4
+    octave_layers: int = 4
+    max_features: int = 4000
+
+
+@dataclass(frozen=True, slots=True)
+class AKAZE:
+    """OpenCV's AKAZE."""
+
+    config: AKAZEConfig = AKAZEConfig()
+    name: str = "akaze"
+    is_binary: bool = True
+
+    def extract(self, gray: NDArray[np.uint8]) -> Features:
+        """Features of an H×W uint8 image; descriptors are N×61 uint8."""
+        c = self.config
+        akaze = cv2.xfeatures2d.AKAZE_create(
+            threshold=c.threshold,
+            nOctaves=c.octaves,
+            nOctaveLayers=c.octave_layers,
+            max_points=c.max_features,
+        )
+        keypoints, descriptors = akaze.detectAndCompute(check_gray(gray), None)
+        return to_features(keypoints, descriptors, np.zeros((0, 61), np.uint8))

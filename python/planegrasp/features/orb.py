@@ -1,0 +1,58 @@
+"""ORB (Rublee et al., ICCV 2011)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+from planegrasp.features._opencv import check_gray, to_features
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from planegrasp.features.base import Features
+
+
+@dataclass(frozen=True, slots=True)
+class ORBConfig:
+    """Settings of ORB.
+
+    Attributes:
+        max_features: the strongest are kept.
+        scale_factor: between pyramid levels.
+        levels: of the pyramid.
+        fast_threshold: of the FAST corners [grey levels].
+    """
+
+    max_features: int = 3000
+    scale_factor: float = 1.2
+    levels: int = 8
+    fast_threshold: int = 10
+
+
+@dataclass(frozen=True, slots=True)
+class ORB:
+    """OpenCV's ORB."""
+
+    config: ORBConfig = ORBConfig()
+    name: str = "orb"
+    is_binary: bool = True
+
+    def extract(self, gray: NDArray[np.uint8]) -> Features:
+        """Features of an H×W uint8 image; descriptors are N×32 uint8."""
+        c = self.config
+        orb = cv2.ORB_create(
+            nfeatures=c.max_features,
+            scaleFactor=c.scale_factor,
+            nlevels=c.levels,
+            fastThreshold=c.fast_threshold,
+        )
+        keypoints, descriptors = orb.detectAndCompute(check_gray(gray), None)
+        for keypoint in keypoints:
+            # OpenCV scales pixel indices up from the pyramid level; edges coincide, not centres.
+            shift = 0.5 * (c.scale_factor**keypoint.octave - 1.0)
+            keypoint.pt = (keypoint.pt[0] + shift, keypoint.pt[1] + shift)
+        return to_features(keypoints, descriptors, np.zeros((0, 32), np.uint8))

@@ -1,0 +1,79 @@
+"""Which faces, found in one frame, belong to the same instance of an object."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planegrasp.errors import InvalidInputError, PoseError
+from planegrasp.homography import apply_homography
+from planegrasp.pose.base import FaceObservation
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planegrasp.detection import FaceDetection
+    from planegrasp.pose.base import PoseEstimator
+    from planegrasp.references import FaceReference
+    from planegrasp.rgbd import RGBDFrame
+
+    Found = tuple[FaceReference, FaceDetection]
+
+# Predicted and found corners of a face may differ by this share of the face's size in the image:
+# a pose from one face alone is not exact where the other face is.
+_TOLERANCE = 0.25
+
+
+def observe(reference: FaceReference, detection: FaceDetection) -> FaceObservation:
+    """The evidence for a pose that a found face gives."""
+    face = reference.face
+    return FaceObservation(
+        T_object_face=face.T_object_face,
+        width=face.width,
+        height=face.height,
+        face_points=apply_homography(face.face_from_edge, detection.reference_points),
+        image_points=detection.image_points,
+        homography=detection.homography @ np.linalg.inv(face.face_from_edge),
+    )
+
+
+def group_faces(
+    faces: Sequence[Found], pose: PoseEstimator, frame: RGBDFrame
+) -> list[list[Found]]:
+    """Put faces of one object together where the pose of one predicts the other.
+
+    Args:
+        faces: found faces of one object; the same face may occur several times (instances).
+        pose: estimates the pose of a group from its best supported face.
+        frame: in which they were found.
+
+    Returns:
+        One list of faces per instance; no face occurs twice in one list.
+    """
+    groups: list[list[Found]] = []
+    for reference, detection in sorted(faces, key=lambda pair: -pair[1].inliers):
+        for group in groups:
+            known = any(other.name == detection.name for _, other in group)
+            if not known and _predicts(group, (reference, detection), pose, frame):
+                group.append((reference, detection))
+                break
+        else:
+            groups.append([(reference, detection)])
+    return groups
+
+
+def _predicts(
+    group: Sequence[Found], candidate: Found, pose: PoseEstimator, frame: RGBDFrame
+) -> bool:
+    """Whether the group's pose puts the candidate's corners where they were found."""
+    reference, detection = candidate
+    try:
+        estimate = pose.estimate([observe(r, f) for r, f in group], frame)
+        corners = estimate.T_camera_object.apply(reference.face.object_corners)
+        predicted = frame.camera.project(corners)
+    except (PoseError, InvalidInputError):
+        return False
+    error = float(np.linalg.norm(predicted - detection.corners, axis=1).mean())
+    size = float(np.linalg.norm(detection.corners - np.roll(detection.corners, 1, axis=0), axis=1).max())
+    return error <= _TOLERANCE * size

@@ -1,0 +1,93 @@
+"""What the detector keeps of each taught face: descriptors of its oblique views, its appearance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+from planegrasp.appearance import Appearance, prepare_appearance
+from planegrasp.features.oblique import ObliqueConfig, extract_oblique
+from planegrasp.matching.index import ReferenceSet
+from planegrasp.objects import edge_from_pixel
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from planegrasp.features.base import Extractor
+    from planegrasp.objects import ObjectModel, PlanarFace
+
+    # Loads the arrays of a key, or None; stores the arrays of a key.
+    Load = Callable[[str], "dict[str, NDArray[np.generic]] | None"]
+    Store = Callable[[str, "dict[str, NDArray[np.generic]]"], None]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FaceReference:
+    """One face of the library, ready to be found.
+
+    Attributes:
+        object: the object that carries the face.
+        face: the face.
+        set: its descriptors.
+        appearance: its image, prepared for comparison.
+    """
+
+    object: ObjectModel
+    face: PlanarFace
+    set: ReferenceSet
+    appearance: Appearance
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the reference image [px]."""
+        height, width = self.face.image.shape[:2]
+        return width, height
+
+
+def prepare_face(
+    model: ObjectModel,
+    face: PlanarFace,
+    extractor: Extractor,
+    oblique: ObliqueConfig,
+    *,
+    longest_side: int,
+    same_place: float,
+    load: Load | None = None,
+    store: Store | None = None,
+) -> FaceReference:
+    """Extract the features of a face, or take them from a cache.
+
+    Args:
+        model: the object.
+        face: one of its faces.
+        extractor: of the features.
+        oblique: which views of the face are made.
+        longest_side: larger reference images are shrunk to this first [px]: detail finer than
+            the camera will see costs memory and finds wrong matches.
+        same_place: distance below which two points are the same place, over the longest side.
+        load: of the cache, by key.
+        store: of the cache, by key.
+    """
+    gray = cv2.cvtColor(face.image, cv2.COLOR_RGB2GRAY)
+    height, width = gray.shape
+    key = f"{extractor!r} {oblique!r} {longest_side} {face.image_digest}"
+    arrays = load(key) if load else None
+    if arrays is None:
+        scale = min(1.0, longest_side / max(width, height))
+        size = (max(1, round(width * scale)), max(1, round(height * scale)))
+        small = cv2.resize(gray, size, interpolation=cv2.INTER_AREA) if scale < 1.0 else gray
+        features = extract_oblique(extractor, small.astype(np.uint8), oblique)
+        # Edge coordinates scale without an offset, pixel coordinates would not.
+        points = edge_from_pixel(features.points) * (width / size[0], height / size[1])
+        arrays = {"points": points.astype(np.float32), "descriptors": features.descriptors}
+        if store:
+            store(key, arrays)
+    references = ReferenceSet(
+        arrays["points"], arrays["descriptors"], same_place * max(width, height)
+    )
+    return FaceReference(model, face, references, prepare_appearance(gray.astype(np.uint8)))

@@ -1,0 +1,177 @@
+"""Look for every face of the library among a frame's matches, also several times."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+from planegrasp.appearance import agreement
+from planegrasp.detection import FaceDetection, FaceReport
+from planegrasp.homography import (
+    apply_homography,
+    check_outline,
+    check_shape,
+    coverage,
+    estimate_homography,
+    reference_corners,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from planegrasp.geometry import PinholeCamera
+    from planegrasp.homography import HomographyConfig, HomographyEstimate
+    from planegrasp.matching.index import Candidates
+    from planegrasp.references import FaceReference
+
+
+class FaceSearch:
+    """Turns the candidates of a frame into verified faces, and says why others are not there."""
+
+    def __init__(self, references: Sequence[FaceReference], config: HomographyConfig) -> None:
+        self._references = references
+        self._config = config
+
+    def find(
+        self,
+        candidates: Candidates,
+        gray: NDArray[np.uint8],
+        camera: PinholeCamera,
+        max_instances: int,
+    ) -> tuple[dict[int, list[FaceDetection]], list[FaceReport]]:
+        """Find every instance of every face.
+
+        Args:
+            candidates: nearest references of the frame's features.
+            gray: H×W uint8 undistorted frame.
+            camera: of the frame.
+            max_instances: of one face.
+
+        Returns:
+            Detections by index of the face, best supported first, and a report for each attempt.
+        """
+        found: dict[int, list[FaceDetection]] = {}
+        reports: list[FaceReport] = []
+        for face in range(len(self._references)):
+            remaining = candidates
+            for instance in range(max_instances):
+                detection, report = self._attempt(face, instance, remaining, gray, camera)
+                if instance == 0 or detection is not None:
+                    reports.append(report)
+                if detection is None:
+                    break
+                found.setdefault(face, []).append(detection)
+                remaining = remaining.without(_inside(detection, candidates=remaining, face=self._references[face]))
+        return found, reports
+
+    def _attempt(
+        self,
+        face: int,
+        instance: int,
+        candidates: Candidates,
+        gray: NDArray[np.uint8],
+        camera: PinholeCamera,
+    ) -> tuple[FaceDetection | None, FaceReport]:
+        """One attempt at one face: matches, homography, verification."""
+        reference, config = self._references[face], self._config
+        figures: dict[str, float] = {"features": float(len(candidates.image_points))}
+
+        def report(stage: str, reason: str = "") -> FaceReport:
+            return FaceReport(
+                reference.object.name,
+                reference.face.name,
+                instance,
+                stage == "found",
+                stage,
+                reason,
+                dict(figures),
+            )
+
+        if not len(reference.set.points):
+            return None, report("features", "the reference image has no features")
+        matches = candidates.matches(face, config.max_ratio)
+        figures["matches"] = float(len(matches))
+        if len(matches) < config.min_matches:
+            return None, report(
+                "matching", f"{len(matches)} matches (at least {config.min_matches})"
+            )
+        estimate = estimate_homography(matches, candidates, face, config)
+        if estimate is None:
+            return None, report("homography", f"none of {len(matches)} matches agree with others")
+        reason = self._verify(reference, estimate, gray, camera, figures)
+        if reason:
+            return None, report("verification", reason)
+        return self._accept(reference, estimate, camera, figures), report("found")
+
+    def _verify(
+        self,
+        reference: FaceReference,
+        estimate: HomographyEstimate,
+        gray: NDArray[np.uint8],
+        camera: PinholeCamera,
+        figures: dict[str, float],
+    ) -> str:
+        """Why the estimate cannot be a view of the face; "" where it can."""
+        config = self._config
+        inliers, matrix = estimate.inliers, estimate.matrix
+        figures["inliers"] = float(len(inliers))
+        if len(inliers) < config.min_inliers:
+            return f"{len(inliers)} inliers (at least {config.min_inliers})"
+        if reason := check_outline(matrix, reference.size, camera, config):
+            return reason
+        reason, figures["stretch"] = check_shape(
+            matrix, reference.face.face_from_edge, camera, config
+        )
+        if reason:
+            return reason
+        figures["coverage"] = coverage(inliers.reference_points, *reference.size)
+        if figures["coverage"] < config.min_coverage:
+            return (
+                f"inliers cover {figures['coverage']:.0%} of the face "
+                f"(at least {config.min_coverage:.0%})"
+            )
+        figures["agreement"] = agreement(reference.appearance, gray, matrix)
+        if figures["agreement"] < config.min_agreement:
+            return (
+                f"{figures['agreement']:.0%} of the face looks like its reference "
+                f"(at least {config.min_agreement:.0%})"
+            )
+        return ""
+
+    def _accept(
+        self,
+        reference: FaceReference,
+        estimate: HomographyEstimate,
+        camera: PinholeCamera,
+        figures: dict[str, float],
+    ) -> FaceDetection:
+        outline = apply_homography(estimate.matrix, reference_corners(*reference.size))
+        inliers = estimate.inliers
+        return FaceDetection(
+            name=reference.face.name,
+            homography=estimate.matrix,
+            corners=camera.distort(outline),
+            reference_points=inliers.reference_points,
+            image_points=inliers.image_points,
+            coverage=figures["coverage"],
+            agreement=figures["agreement"],
+        )
+
+
+def _inside(
+    detection: FaceDetection, candidates: Candidates, face: FaceReference
+) -> NDArray[np.bool_]:
+    """Which features of the frame lie inside of a found face."""
+    outline = apply_homography(detection.homography, reference_corners(*face.size))
+    polygon = outline.astype(np.float32).reshape(-1, 1, 2)
+    return np.array(
+        [
+            cv2.pointPolygonTest(polygon, (float(x), float(y)), measureDist=False) >= 0
+            for x, y in candidates.image_points
+        ],
+        dtype=np.bool_,
+    )

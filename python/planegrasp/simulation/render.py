@@ -1,0 +1,248 @@
+"""Ray-cast textured rectangles into a pinhole camera, anti-aliased, with exact depth.
+
+Every pixel of the image is the mean over the pixel's square of the texture that its rays hit, as a
+sensor with full fill factor would see it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+from planegrasp.rgbd import RGBDFrame
+from planegrasp.simulation.depth_sensor import KinectV1
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from planegrasp.geometry import PinholeCamera, RigidTransform
+
+# More samples a pixel side than this cost time without a visible difference.
+_MOST_SAMPLES = 12
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rectangle:
+    """A flat textured rectangle.
+
+    Attributes:
+        texture: h×w×3 uint8 RGB.
+        width: along its x axis [m].
+        height: along its y axis [m].
+        T_camera_rectangle: pose of its centre, x right, y up, z towards the textured side.
+    """
+
+    texture: NDArray[np.uint8]
+    width: float
+    height: float
+    T_camera_rectangle: RigidTransform
+
+    @property
+    def corners(self) -> NDArray[np.float64]:
+        """4×3 corners in the camera frame [m], as printed: top-left, then clockwise."""
+        x, y = self.width / 2, self.height / 2
+        points = np.array([[-x, y, 0.0], [x, y, 0.0], [x, -y, 0.0], [-x, -y, 0.0]])
+        return np.asarray(self.T_camera_rectangle.apply(points), dtype=np.float64)
+
+    @property
+    def faces_camera(self) -> bool:
+        """Whether its textured side is turned towards the camera, all of it in front."""
+        translation, rotation = self.T_camera_rectangle.as_components()
+        normal = rotation.as_matrix()[:, 2]
+        return bool(normal @ translation < 0 and np.all(self.corners[:, 2] > 1e-3))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rendering:
+    """A rendered frame and what is exactly true of it.
+
+    Attributes:
+        frame: with sensor noise.
+        true_depth: H×W float64 metres without noise, 0 = nothing hit.
+        corners: for each rectangle its 4×2 corner pixels (as observed), None if it faces away.
+        visible: for each rectangle the share of its projected pixels, 0 … 1, that are in the image
+            and not hidden by a nearer rectangle.
+    """
+
+    frame: RGBDFrame
+    true_depth: NDArray[np.float64]
+    corners: tuple[NDArray[np.float64] | None, ...]
+    visible: tuple[float, ...]
+
+
+def render(
+    rectangles: Sequence[Rectangle],
+    camera: PinholeCamera,
+    rng: np.random.Generator,
+    *,
+    background: NDArray[np.uint8] | None = None,
+    background_depth: float = 1.5,
+    color_noise: float = 3.0,
+    depth_sensor: KinectV1 | None = None,
+    name: str = "",
+) -> Rendering:
+    """Render rectangles before a background.
+
+    Args:
+        rectangles: in any order; they must not cut through each other.
+        camera: distortion is rendered.
+        rng: for the sensor noise.
+        background: H×W×3 uint8 RGB, stretched over the image; mid grey where None.
+        background_depth: distance of the background plane [m].
+        color_noise: standard deviation of the image noise [grey levels].
+        depth_sensor: Kinect v1 where None.
+        name: of the frame.
+    """
+    size = (camera.width, camera.height)
+    if background is None:
+        image = np.full((camera.height, camera.width, 3), 128.0, np.float32)
+    else:
+        image = cv2.resize(background, size, interpolation=cv2.INTER_AREA).astype(np.float32)
+    depth = np.full((camera.height, camera.width), background_depth, np.float64)
+    owner = np.full(depth.shape, -1, np.int32)
+    projected = np.zeros(len(rectangles), np.int64)
+
+    far_to_near = sorted(
+        (i for i, r in enumerate(rectangles) if r.faces_camera),
+        key=lambda i: -float(rectangles[i].T_camera_rectangle.translation[2]),
+    )
+    for index in far_to_near:
+        projected[index] = _paint(rectangles[index], camera, image, depth, owner, index)
+
+    noisy = image + rng.normal(0.0, color_noise, image.shape)
+    sensor = depth_sensor or KinectV1()
+    frame = RGBDFrame(
+        color=np.clip(np.rint(noisy), 0, 255).astype(np.uint8),
+        depth=sensor.measure(depth, rng),
+        camera=camera,
+        name=name,
+    )
+    corners = tuple(camera.project(r.corners) if r.faces_camera else None for r in rectangles)
+    visible = tuple(
+        float(np.count_nonzero(owner == i) / projected[i]) if projected[i] else 0.0
+        for i in range(len(rectangles))
+    )
+    return Rendering(frame, depth, corners, visible)
+
+
+def _paint(
+    rectangle: Rectangle,
+    camera: PinholeCamera,
+    image: NDArray[np.float32],
+    depth: NDArray[np.float64],
+    owner: NDArray[np.int32],
+    index: int,
+) -> int:
+    """Paint one rectangle over what lies behind it; return how many pixels it projects to."""
+    corners = camera.project(rectangle.corners)
+    pixels = _polygon_area(corners)
+    low = np.floor(corners.min(axis=0)).astype(int) - 1
+    high = np.ceil(corners.max(axis=0)).astype(int) + 2
+    x0, y0 = np.maximum(low, 0)
+    x1, y1 = np.minimum(high, (camera.width, camera.height))
+    if x0 >= x1 or y0 >= y1:
+        return round(pixels)
+
+    texture, samples = _level_of_detail(rectangle, corners)
+    color, coverage = _sample(rectangle, texture, camera, (x0, y0, x1, y1), samples)
+    region = np.s_[y0:y1, x0:x1]
+    image[region] = color + (1.0 - coverage[..., None]) * image[region]
+
+    u, v = np.meshgrid(np.arange(x0, x1), np.arange(y0, y1))
+    rays = camera.rays(np.column_stack([u.ravel(), v.ravel()]))
+    translation, rotation = rectangle.T_camera_rectangle.as_components()
+    R = rotation.as_matrix()
+    with np.errstate(divide="ignore", invalid="ignore"):
+        z = (R[:, 2] @ translation) / (rays @ R[:, 2])
+    on_plane = (rays * z[:, None] - translation) @ R
+    hit = (
+        (z > 0)
+        & (np.abs(on_plane[:, 0]) <= rectangle.width / 2)
+        & (np.abs(on_plane[:, 1]) <= rectangle.height / 2)
+    ).reshape(u.shape)
+    depth[region] = np.where(hit, z.reshape(u.shape), depth[region])
+    owner[region] = np.where(hit, index, owner[region])
+    return round(pixels)
+
+
+def _level_of_detail(
+    rectangle: Rectangle, corners: NDArray[np.float64]
+) -> tuple[NDArray[np.uint8], int]:
+    """A texture shrunk to what the image can show, and the samples a pixel side that it needs.
+
+    The direction that is compressed least decides how far the texture is shrunk (isotropically);
+    the direction that is compressed most decides the number of samples.
+    """
+    h, w = rectangle.texture.shape[:2]
+    top, right, bottom, left = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
+    widest, tallest = max(top, bottom), max(left, right)
+    least = min(w / max(widest, 1.0), h / max(tallest, 1.0))
+    shrink = max(1.0, least / 2.0)
+    texture = rectangle.texture
+    if shrink > 1.0:
+        size = (max(8, round(w / shrink)), max(8, round(h / shrink)))
+        texture = cv2.resize(texture, size, interpolation=cv2.INTER_AREA).astype(np.uint8)
+    area = _polygon_area(corners)
+    most = texture.shape[0] * texture.shape[1] / max(area, 1.0) / max(least / shrink, 0.5)
+    return texture, int(np.clip(np.ceil(most), 4, _MOST_SAMPLES))
+
+
+def _sample(
+    rectangle: Rectangle,
+    texture: NDArray[np.uint8],
+    camera: PinholeCamera,
+    roi: tuple[int, int, int, int],
+    samples: int,
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Premultiplied colour and coverage, averaged over samples × samples rays a pixel."""
+    x0, y0, x1, y1 = roi
+    size = ((x1 - x0) * samples, (y1 - y0) * samples)
+    h, w = texture.shape[:2]
+    texture_from_face = np.array(
+        [
+            [w / rectangle.width, 0.0, w / 2 - 0.5],
+            [0.0, -h / rectangle.height, h / 2 - 0.5],
+            [0.0, 0.0, 1.0],
+        ]
+    )
+    translation, rotation = rectangle.T_camera_rectangle.as_components()
+    R = rotation.as_matrix()
+    pixel_from_face = camera.matrix @ np.column_stack([R[:, 0], R[:, 1], translation])
+    # Sample s of a pixel lies at (s + ½) / samples - ½ from the pixel's centre.
+    offset = 0.5 / samples - 0.5
+    pixel_from_sample = np.array(
+        [[1 / samples, 0.0, x0 + offset], [0.0, 1 / samples, y0 + offset], [0.0, 0.0, 1.0]]
+    )
+    texture_from_pixel = texture_from_face @ np.linalg.inv(pixel_from_face)
+    opaque = np.full((h, w), 255, np.uint8)
+    if camera.is_distorted:
+        u, v = np.meshgrid(np.arange(size[0]), np.arange(size[1]))
+        observed = (pixel_from_sample[:2, :2] @ np.vstack([u.ravel(), v.ravel()])).T
+        ideal = camera.undistort(observed + pixel_from_sample[:2, 2])
+        mapped = np.column_stack([ideal, np.ones(len(ideal))]) @ texture_from_pixel.T
+        maps = (mapped[:, :2] / mapped[:, 2:]).astype(np.float32).reshape(size[1], size[0], 2)
+        color = cv2.remap(texture, maps, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        inside = cv2.remap(opaque, maps, None, cv2.INTER_NEAREST)
+    else:
+        mapping = texture_from_pixel @ pixel_from_sample
+        flags = cv2.WARP_INVERSE_MAP
+        color = cv2.warpPerspective(
+            texture, mapping, size, flags=flags | cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+        )
+        inside = cv2.warpPerspective(opaque, mapping, size, flags=flags | cv2.INTER_NEAREST)
+    color = cv2.bitwise_and(color, color, mask=inside)
+    target = (x1 - x0, y1 - y0)
+    mean_color = cv2.resize(color, target, interpolation=cv2.INTER_AREA)
+    coverage = cv2.resize(inside, target, interpolation=cv2.INTER_AREA)
+    return mean_color.astype(np.float32), coverage.astype(np.float32) / np.float32(255)
+
+
+def _polygon_area(corners: NDArray[np.float64]) -> float:
+    """Area [px²] of a simple polygon (shoelace formula)."""
+    x, y = corners[:, 0], corners[:, 1]
+    return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
