@@ -65,7 +65,8 @@ def store(path: Path | None, key: str, arrays: Mapping[str, Array]) -> None:
     if path is None or not path.parent.is_dir():
         return
     stream = io.BytesIO()
-    np.savez(stream, **{**arrays, _DIGEST: _digest(arrays)})
+    content = {**arrays, _DIGEST: _digest(arrays)}
+    np.savez(stream, **content)  # type: ignore[arg-type]  # the stubs read names as options
     try:
         write_atomically(_file(path, key), stream.getvalue())
     except OSError:
