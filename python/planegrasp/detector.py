@@ -16,7 +16,6 @@ from planegrasp.features.oblique import FRONTAL, ObliqueConfig
 from planegrasp.grouping import group_faces, observe
 from planegrasp.homography import HomographyConfig
 from planegrasp.library import ObjectLibrary
-from planegrasp.library.feature_cache import cache_for
 from planegrasp.matching.index import ReferenceIndex
 from planegrasp.pose import make_pose_estimator
 from planegrasp.references import prepare_face
@@ -161,7 +160,8 @@ class Detector:
             if model.name in names:
                 raise InvalidInputError(f"two objects are called {model.name!r}")
             names.add(model.name)
-            cache = cache_for(library, model.name) if isinstance(library, ObjectLibrary) else None
+            on_disk = isinstance(library, ObjectLibrary)
+            cache = library.cache_dir(model.name) if on_disk else None
             for face in model.faces:
                 yield prepare_face(
                     model,
@@ -170,8 +170,7 @@ class Detector:
                     oblique,
                     longest_side=self.config.reference_side,
                     same_place=self.config.same_place,
-                    load=cache.load if cache else None,
-                    store=cache.store if cache else None,
+                    cache=cache,
                 )
 
 

@@ -96,20 +96,24 @@ def estimate_homography(
     }
     bundle = {"loss_type": "CAUCHY", "loss_scale": config.threshold / 3}
     matrix, result = poselib.estimate_homography(source, target, ransac, bundle)
-    if result["num_inliers"] < 4 or not np.all(np.isfinite(matrix)):
+    if result["num_inliers"] < 4:
         return None
     for _ in range(2):
+        normalised = _normalise(matrix)
+        if normalised is None:
+            return None
+        matrix = normalised
         inliers = _one_per_place(candidates.agreeing(face, matrix, config.threshold))
         if len(inliers) < 4:
             return None
         matrix, _ = poselib.refine_homography(
             inliers.reference_points, inliers.image_points, matrix, bundle
         )
-    if not np.all(np.isfinite(matrix)) or abs(matrix[2, 2]) < 1e-12:
+    final = _normalise(matrix)
+    if final is None:
         return None
-    matrix = matrix / matrix[2, 2]
-    inliers = _one_per_place(candidates.agreeing(face, matrix, config.threshold))
-    return HomographyEstimate(matrix, inliers)
+    inliers = _one_per_place(candidates.agreeing(face, final, config.threshold))
+    return HomographyEstimate(final, inliers)
 
 
 def apply_homography(matrix: Float64Array, points: Float64Array) -> Float64Array:
@@ -187,6 +191,16 @@ def check_shape(
             stretch,
         )
     return "", stretch
+
+
+def _normalise(matrix: Float64Array) -> Float64Array | None:
+    """Scale to H[2, 2] = 1, so that w > 0 in front of the camera; None where degenerate.
+
+    H[2, 2] is w at the reference's corner (0, 0), which every acceptable view has in front.
+    """
+    if not np.all(np.isfinite(matrix)) or abs(matrix[2, 2]) < 1e-12:
+        return None
+    return matrix / matrix[2, 2]
 
 
 def _one_per_place(matches: Matches) -> Matches:

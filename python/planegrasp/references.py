@@ -3,27 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import cv2
 import numpy as np
 
 from planegrasp.appearance import Appearance, prepare_appearance
 from planegrasp.features.oblique import ObliqueConfig, extract_oblique
+from planegrasp.library import feature_cache
+from planegrasp.library.feature_cache import feature_key
 from planegrasp.matching.index import ReferenceSet
 from planegrasp.objects import edge_from_pixel
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from pathlib import Path
 
     from numpy.typing import NDArray
 
     from planegrasp.features.base import Extractor
     from planegrasp.objects import ObjectModel, PlanarFace
 
-    # Loads the arrays of a key, or None; stores the arrays of a key.
-    Load = Callable[[str], "dict[str, NDArray[np.generic]] | None"]
-    Store = Callable[[str, "dict[str, NDArray[np.generic]]"], None]
+# Part of the cache's key: to be raised whenever the same settings give other features.
+_VERSION = "1"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,8 +58,7 @@ def prepare_face(
     *,
     longest_side: int,
     same_place: float,
-    load: Load | None = None,
-    store: Store | None = None,
+    cache: Path | None = None,
 ) -> FaceReference:
     """Extract the features of a face, or take them from a cache.
 
@@ -70,13 +70,12 @@ def prepare_face(
         longest_side: larger reference images are shrunk to this first [px]: detail finer than
             the camera will see costs memory and finds wrong matches.
         same_place: distance below which two points are the same place, over the longest side.
-        load: of the cache, by key.
-        store: of the cache, by key.
+        cache: the object's cache folder, or None.
     """
     gray = cv2.cvtColor(face.image, cv2.COLOR_RGB2GRAY)
     height, width = gray.shape
-    key = f"{extractor!r} {oblique!r} {longest_side} {face.image_digest}"
-    arrays = load(key) if load else None
+    key = feature_key(face, f"{_VERSION} {extractor!r} {oblique!r} {longest_side}")
+    arrays = feature_cache.load(cache, key)
     if arrays is None:
         scale = min(1.0, longest_side / max(width, height))
         size = (max(1, round(width * scale)), max(1, round(height * scale)))
@@ -85,9 +84,10 @@ def prepare_face(
         # Edge coordinates scale without an offset, pixel coordinates would not.
         points = edge_from_pixel(features.points) * (width / size[0], height / size[1])
         arrays = {"points": points.astype(np.float32), "descriptors": features.descriptors}
-        if store:
-            store(key, arrays)
+        feature_cache.store(cache, key, arrays)
     references = ReferenceSet(
-        arrays["points"], arrays["descriptors"], same_place * max(width, height)
+        cast("NDArray[np.float32]", arrays["points"]),
+        cast("NDArray[np.float32]", arrays["descriptors"]),
+        same_place * max(width, height)
     )
     return FaceReference(model, face, references, prepare_appearance(gray.astype(np.uint8)))

@@ -10,6 +10,7 @@ import numpy as np
 
 from planegrasp.features._opencv import check_gray, to_features
 from planegrasp.features.base import Features
+from planegrasp.features.budget import spread
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -20,7 +21,7 @@ class SIFTConfig:
     """Settings of SIFT.
 
     Attributes:
-        max_features: the strongest are kept; 0 = all.
+        max_features: a budget, spread over the image; 0 = all.
         octave_layers: scales an octave (Lowe: 3).
         contrast_threshold: of the extrema, in OpenCV's unit (its default is 0.04). The lower
             value finds faces with weak texture.
@@ -29,7 +30,7 @@ class SIFTConfig:
         root: take the square root of L1-normalised descriptors (RootSIFT).
     """
 
-    max_features: int = 4000
+    max_features: int = 5000
     octave_layers: int = 3
     contrast_threshold: float = 0.015
     edge_threshold: float = 10.0
@@ -49,7 +50,7 @@ class SIFT:
         """Features of an H×W uint8 image; descriptors are N×128 float32."""
         c = self.config
         sift = cv2.SIFT_create(
-            nfeatures=c.max_features,
+            nfeatures=0,
             nOctaveLayers=c.octave_layers,
             contrastThreshold=c.contrast_threshold,
             edgeThreshold=c.edge_threshold,
@@ -58,6 +59,7 @@ class SIFT:
         )
         keypoints, descriptors = sift.detectAndCompute(check_gray(gray), None)
         features = to_features(keypoints, descriptors, np.zeros((0, 128), np.float32))
+        features = spread(features, c.max_features, (gray.shape[1], gray.shape[0]))
         if not c.root:
             return features
         norm = np.maximum(features.descriptors.sum(axis=1, keepdims=True), 1e-9)
