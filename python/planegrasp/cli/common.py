@@ -1,0 +1,79 @@
+"""What the commands share: options, number lists, tables' console, JSON and errors."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from planegrasp.errors import InvalidInputError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from planegrasp.teaching.quality import TeachingQuality
+
+__all__ = [
+    "JsonOption",
+    "LibraryOption",
+    "console",
+    "parse_numbers",
+    "print_error",
+    "print_json",
+    "quality_row",
+]
+
+LibraryOption = Annotated[
+    Path, typer.Option("--library", "-l", help="Folder of the taught objects.", metavar="FOLDER")
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
+
+
+def console() -> Console:
+    """Where tables go: standard output."""
+    from rich.console import Console
+
+    return Console(highlight=False)
+
+
+def print_error(message: str) -> None:
+    """Print `error: …` to standard error."""
+    from rich.console import Console
+    from rich.text import Text
+
+    line = Text.assemble(("error: ", "bold red"), message)
+    Console(stderr=True, highlight=False).print(line, soft_wrap=True)
+
+
+def print_json(content: object) -> None:
+    """Print to standard output as indented JSON."""
+    typer.echo(json.dumps(content, indent=1, ensure_ascii=False))
+
+
+def parse_numbers(text: str, count: int, what: str) -> tuple[float, ...]:
+    """The numbers in a text, separated by commas, semicolons or spaces.
+
+    Raises:
+        InvalidInputError: there are not exactly `count` of them, or they are not numbers.
+    """
+    parts = [part for part in re.split(r"[,;\s]+", text.strip()) if part]
+    try:
+        numbers = tuple(float(part) for part in parts)
+    except ValueError:
+        numbers = ()
+    if len(numbers) != count:
+        raise InvalidInputError(f"{what} takes {count} numbers, got {text!r}")
+    return numbers
+
+
+def quality_row(quality: TeachingQuality) -> dict[str, object]:
+    """A verdict as it is printed in JSON."""
+    return {
+        "score": quality.score,
+        "usable": quality.usable,
+        "reasons": list(quality.reasons),
+        "figures": dict(quality.figures),
+    }
