@@ -1,0 +1,14 @@
+"""Where results go: JSON Lines, annotated images; Rerun recordings are in `planegrasp.viz`."""
+
+from planegrasp.io.sinks.annotated_images import AnnotatedImageWriter
+from planegrasp.io.sinks.as_dict import detection_to_dict, frame_to_dict
+from planegrasp.io.sinks.base import ResultSink
+from planegrasp.io.sinks.json_lines import JsonLinesWriter
+
+__all__ = [
+    "AnnotatedImageWriter",
+    "JsonLinesWriter",
+    "ResultSink",
+    "detection_to_dict",
+    "frame_to_dict",
+]

@@ -1,0 +1,230 @@
+"""Detections drawn on the frame: outline, axes and a label for each object."""
+
+from __future__ import annotations
+
+import math
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+from planegrasp.viz.geometry import axis_ends, face_outline, face_size
+from planegrasp.viz.palette import AXIS_COLORS, INK, color_of, readable_on
+from planegrasp.viz.text import SEMIBOLD, draw_text, text_width
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from planegrasp.detection import Detection
+    from planegrasp.rgbd import RGBDFrame
+    from planegrasp.viz.palette import RGB
+
+    Image = NDArray[np.uint8]
+    Float64Array = NDArray[np.float64]
+    Box = tuple[int, int, int, int]  # left, top, width, height [px]
+
+_SUBPIXEL_BITS = 4
+_FARTHEST_PX = 30_000.0
+_TINT, _SHADE, _LABEL = 0.10, 0.45, 0.92  # opacities of the face's tint, of shadows, of labels
+
+
+def draw_detections(
+    frame: RGBDFrame,
+    detections: Sequence[Detection],
+    colors: Mapping[str, RGB] | None = None,
+) -> Image:
+    """Draw on a copy of the frame's image.
+
+    Each found face gets its outline, each object with a pose its axes (x red, y green, z blue,
+    half as long as the face's shorter side) and a label inside of the image with name, instance,
+    distance and number of inliers. Line widths and text grow with the image.
+
+    Args:
+        frame: in which the detections were made.
+        detections: of `Detector.detect`.
+        colors: colour (RGB) by object name, for example of `object_colors(library)`; other
+            objects get one by their name.
+
+    Returns:
+        H×W×3 uint8 RGB.
+    """
+    image = frame.color.copy()
+    height, width = image.shape[:2]
+    unit = max(1.0, math.hypot(width, height) / 800)
+    for detection in detections:
+        _draw_outlines(image, frame, detection, color_of(detection.name, colors), unit)
+    for detection in detections:
+        _draw_axes(image, frame, detection, unit)
+    taken: list[Box] = []
+    for detection in detections:
+        taken.append(_draw_label(image, detection, color_of(detection.name, colors), unit, taken))
+    return image
+
+
+def _draw_outlines(
+    image: Image, frame: RGBDFrame, detection: Detection, color: RGB, unit: float
+) -> None:
+    for face in detection.faces:
+        outline = _fixed_point(face_outline(face, frame.camera))
+        with _blended(image, _TINT) as layer:
+            _fill(layer, outline, color)
+        with _blended(image, _SHADE) as layer:
+            _polygon(layer, outline, INK, 4.5 * unit)
+        _polygon(image, outline, color, 2 * unit)
+
+
+def _draw_axes(image: Image, frame: RGBDFrame, detection: Detection, unit: float) -> None:
+    if detection.pose is None:
+        return
+    length = min(face_size(detection, frame.camera)) / 2
+    ends = axis_ends(detection, frame.camera, length)
+    if ends is None:
+        return
+    origin, tips = ends[0], ends[1:]
+    # The axis whose end is farthest away first, so that nearer ones cover it.
+    depths = detection.pose.T_camera_object.rotation.as_matrix()[2]
+    order = np.argsort(-depths)
+    with _blended(image, _SHADE) as layer:
+        for axis in order:
+            _arrow(layer, origin, tips[axis], INK, 5 * unit)
+    for axis in order:
+        _arrow(image, origin, tips[axis], AXIS_COLORS[axis], 3 * unit)
+    center = _fixed_point(origin[None])[0]
+    radius = round(2.5 * unit * 2**_SUBPIXEL_BITS)
+    cv2.circle(image, center.tolist(), radius, (255, 255, 255), -1, cv2.LINE_AA, _SUBPIXEL_BITS)
+
+
+def _draw_label(
+    image: Image, detection: Detection, color: RGB, unit: float, taken: Sequence[Box]
+) -> Box:
+    title, details = label_lines(detection)
+    size, small, pad = round(15 * unit), round(12 * unit), round(6 * unit)
+    width = max(text_width(title, size, SEMIBOLD), text_width(details, small)) + 2 * pad
+    height = round(1.15 * size + 1.25 * small) + 2 * pad
+    corners = np.vstack([face.corners for face in detection.faces])
+    left, top, *_ = box = place_label(corners, (width, height), image, round(8 * unit), taken)
+    with _blended(image, _LABEL) as layer:
+        _rounded(layer, box, color, round(4 * unit))
+    ink = readable_on(color)
+    baseline = top + pad + round(0.85 * size)
+    draw_text(image, title, (left + pad, baseline), ink, size=size, weight=SEMIBOLD)
+    below = baseline + round(0.3 * size + 0.95 * small)
+    draw_text(image, details, (left + pad, below), ink, size=small)
+    return box
+
+
+def label_lines(detection: Detection) -> tuple[str, str]:
+    """The two lines of a label: which object, and how far and how certain."""
+    title = detection.name + (f" #{detection.instance + 1}" if detection.instance else "")
+    if detection.pose is None:
+        return title, f"no pose · {detection.inliers} inliers"
+    distance = float(np.linalg.norm(detection.pose.T_camera_object.translation))
+    doubt = " · ambiguous" if detection.ambiguous else ""
+    return title, f"{distance:.3f} m · {detection.inliers} inliers{doubt}"
+
+
+def place_label(
+    corners: Float64Array,
+    size: tuple[int, int],
+    image: Image,
+    gap: int,
+    taken: Sequence[Box],
+) -> Box:
+    """A box for a label: above the object, else below or beside it, always inside of the image.
+
+    Args:
+        corners: N×2 pixels of the object.
+        size: width and height of the label [px].
+        image: that it is drawn on.
+        gap: between object and label [px].
+        taken: boxes of earlier labels, avoided where there is room.
+
+    Returns:
+        Left, top, width and height [px].
+    """
+    width, height = size
+    rows, columns = image.shape[:2]
+    (left, top), (right, bottom) = corners.min(axis=0), corners.max(axis=0)
+    middle = (left + right) / 2 - width / 2
+    candidates = [
+        (middle, top - gap - height),
+        (middle, bottom + gap),
+        (right + gap, (top + bottom - height) / 2),
+        (left - gap - width, (top + bottom - height) / 2),
+        (middle, top + gap),
+    ]
+    best: tuple[float, Box] | None = None
+    for x, y in candidates:
+        inside_x = float(np.clip(x, 0, max(columns - width, 0)))
+        inside_y = float(np.clip(y, 0, max(rows - height, 0)))
+        box = (int(inside_x), int(inside_y), width, height)
+        moved = abs(inside_x - x) + abs(inside_y - y)
+        cost = moved + sum(_overlap(box, other) for other in taken)
+        if best is None or cost < best[0]:
+            best = cost, box
+    assert best is not None
+    return best[1]
+
+
+def _overlap(a: Box, b: Box) -> int:
+    """Area [px²] that two boxes share."""
+    width = min(a[0] + a[2], b[0] + b[2]) - max(a[0], b[0])
+    height = min(a[1] + a[3], b[1] + b[3]) - max(a[1], b[1])
+    return max(width, 0) * max(height, 0)
+
+
+@contextmanager
+def _blended(image: Image, opacity: float) -> Iterator[Image]:
+    """A layer to draw on, laid over the image with this opacity at the end."""
+    layer = image.copy()
+    yield layer
+    cv2.addWeighted(layer, opacity, image, 1 - opacity, 0, dst=image)
+
+
+def _fixed_point(points: Float64Array) -> NDArray[np.int32]:
+    """N×2 pixels as the fixed-point numbers that OpenCV draws fractions of a pixel with."""
+    near = np.clip(points, -_FARTHEST_PX, _FARTHEST_PX)
+    fixed: NDArray[np.int32] = np.rint(near * 2**_SUBPIXEL_BITS).astype(np.int32)
+    return fixed
+
+
+def _polygon(image: Image, points: NDArray[np.int32], color: RGB, thickness: float) -> None:
+    cv2.polylines(image, [points], True, color, round(thickness), cv2.LINE_AA, _SUBPIXEL_BITS)
+
+
+def _fill(image: Image, points: NDArray[np.int32], color: RGB) -> None:
+    cv2.fillPoly(image, [points], color, cv2.LINE_AA, _SUBPIXEL_BITS)
+
+
+def _arrow(
+    image: Image, start: Float64Array, end: Float64Array, color: RGB, thickness: float
+) -> None:
+    """A line with a solid head whose tip is at `end`."""
+    along = end - start
+    length = float(np.linalg.norm(along))
+    if length < 1.0:
+        return
+    along = along / length
+    across = np.array([-along[1], along[0]])
+    head = min(4 * thickness, 0.5 * length)
+    base = end - head * along
+    a, b = _fixed_point(np.array([start, base + 0.3 * head * along]))
+    cv2.line(image, a.tolist(), b.tolist(), color, round(thickness), cv2.LINE_AA, _SUBPIXEL_BITS)
+    _fill(
+        image,
+        _fixed_point(np.array([end, base + 0.4 * head * across, base - 0.4 * head * across])),
+        color,
+    )
+
+
+def _rounded(image: Image, box: Box, color: RGB, radius: int) -> None:
+    left, top, width, height = box
+    right, bottom = left + width - 1, top + height - 1
+    cv2.rectangle(image, (left + radius, top), (right - radius, bottom), color, -1)
+    cv2.rectangle(image, (left, top + radius), (right, bottom - radius), color, -1)
+    for x in (left + radius, right - radius):
+        for y in (top + radius, bottom - radius):
+            cv2.circle(image, (x, y), radius, color, -1, cv2.LINE_AA)
