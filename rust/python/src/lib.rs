@@ -1,9 +1,34 @@
-//! Python bindings of `planegrasp-core`: validation and conversion, no logic.
+//! Python bindings of `planegrasp-core`: validation and conversion, no arithmetic.
+//!
+//! Every function releases the interpreter's lock while it computes, and raises
+//! `planegrasp.errors.InvalidInputError` for arguments that cannot be worked with and
+//! `planegrasp.errors.PoseError` where there is no pose.
+
+// Transforms are named by their two frames, T_camera_object, in code and documents alike.
+#![allow(non_snake_case)]
+
+mod arrays;
+mod camera;
+mod errors;
+mod estimate;
+mod face;
+mod fused;
+mod pnp;
+mod three_point;
 
 use pyo3::prelude::*;
 
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<camera::Camera>()?;
+    module.add_class::<face::Face>()?;
+    module.add_class::<estimate::Estimate>()?;
+    module.add_class::<pnp::PnPSettings>()?;
+    module.add_class::<fused::FusedSettings>()?;
+    module.add_function(wrap_pyfunction!(three_point::three_point, module)?)?;
+    module.add_function(wrap_pyfunction!(pnp::pnp, module)?)?;
+    module.add_function(wrap_pyfunction!(pnp::planar_poses, module)?)?;
+    module.add_function(wrap_pyfunction!(fused::fused, module)?)?;
     Ok(())
 }

@@ -1,0 +1,115 @@
+"""The compiled arithmetic. Arrays are float64 and C-contiguous unless said otherwise.
+
+Functions raise `planegrasp.errors.InvalidInputError` for arguments that cannot be worked with and
+`planegrasp.errors.PoseError` where there is no pose, and release the interpreter's lock.
+"""
+
+from collections.abc import Sequence
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+__version__: str
+
+@final
+class Camera:
+    """Intrinsics [px]; `distortion` is (k1, k2, p1, p2, k3)."""
+
+    def __new__(
+        cls,
+        width: int,
+        height: int,
+        fx: float,
+        fy: float,
+        cx: float,
+        cy: float,
+        distortion: Sequence[float],
+    ) -> Camera: ...
+
+@final
+class Face:
+    """The evidence for one face, as in `planegrasp.pose.FaceObservation`."""
+
+    def __new__(
+        cls,
+        T_object_face: NDArray[np.float64],
+        width: float,
+        height: float,
+        face_points: NDArray[np.float64],
+        image_points: NDArray[np.float64],
+        homography: NDArray[np.float64],
+    ) -> Face: ...
+
+@final
+class Estimate:
+    """A pose with its quality, as in `planegrasp.pose.PoseEstimate`; transforms are 4×4."""
+
+    @property
+    def T_camera_object(self) -> NDArray[np.float64]: ...
+    @property
+    def covariance(self) -> NDArray[np.float64] | None: ...
+    @property
+    def ambiguous(self) -> bool: ...
+    @property
+    def alternative(self) -> NDArray[np.float64] | None: ...
+    @property
+    def reprojection_rms(self) -> float: ...
+    @property
+    def depth_pixels(self) -> int: ...
+
+@final
+class PnPSettings:
+    """Checked settings of `pnp`, as in `planegrasp.pose.PnPConfig`."""
+
+    def __new__(
+        cls,
+        *,
+        pixel_sigma: float | None,
+        pixel_sigma_floor: float,
+        ambiguity_odds: float,
+    ) -> PnPSettings: ...
+    @staticmethod
+    def defaults() -> dict[str, float | None]: ...
+
+@final
+class FusedSettings:
+    """Checked settings of `fused`, as in `planegrasp.pose.FusedConfig`."""
+
+    def __new__(
+        cls,
+        *,
+        pixel_sigma: float | None,
+        pixel_sigma_floor: float,
+        ambiguity_odds: float,
+        depth_sigma: float | None,
+        depth_sigma_floor: float,
+        depth_bias_sigma: float,
+        correlation_area: float,
+        depth_gate: float,
+        erosion: float,
+        max_depth_pixels: int,
+        min_depth_pixels: int,
+        max_view_angle: float,
+    ) -> FusedSettings: ...
+    @staticmethod
+    def defaults() -> dict[str, float | None]: ...
+
+def three_point(
+    faces: Sequence[Face], camera: Camera, depth: NDArray[np.float32] | None
+) -> Estimate:
+    """Pose of the first face from three depth look-ups; `depth` is H×W float32 metres."""
+
+def pnp(faces: Sequence[Face], camera: Camera, settings: PnPSettings) -> Estimate:
+    """Pose from the correspondences of all faces."""
+
+def fused(
+    faces: Sequence[Face],
+    camera: Camera,
+    depth: NDArray[np.float32] | None,
+    settings: FusedSettings,
+) -> Estimate:
+    """Pose from the correspondences and the depth (H×W float32 metres) of all faces."""
+
+def planar_poses(face: Face, camera: Camera) -> list[NDArray[np.float64]]:
+    """Both planar solutions T_camera_face (4×4) before refinement, the better one first."""

@@ -1,0 +1,79 @@
+"""Between planegrasp's types and those of the compiled core."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planegrasp import _core
+from planegrasp.errors import InvalidInputError
+from planegrasp.geometry import RigidTransform, Rotation
+from planegrasp.pose.base import PoseEstimate
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from planegrasp.geometry import PinholeCamera
+    from planegrasp.pose.base import FaceObservation
+
+
+def to_core_camera(camera: PinholeCamera) -> _core.Camera:
+    """The camera as the core takes it."""
+    return _core.Camera(
+        camera.width,
+        camera.height,
+        camera.fx,
+        camera.fy,
+        camera.cx,
+        camera.cy,
+        camera.coefficients.tolist(),
+    )
+
+
+def to_core_faces(faces: Sequence[FaceObservation]) -> list[_core.Face]:
+    """The faces as the core takes them."""
+    return [to_core_face(face) for face in faces]
+
+
+def to_core_face(face: FaceObservation) -> _core.Face:
+    """One face as the core takes it.
+
+    Raises:
+        InvalidInputError: an array has a wrong shape or values that are not finite.
+        PoseError: the homography does not show the front of the face.
+    """
+    return _core.Face(
+        face.T_object_face.as_matrix(),
+        face.width,
+        face.height,
+        _floats(face.face_points, "face_points"),
+        _floats(face.image_points, "image_points"),
+        _floats(face.homography, "homography"),
+    )
+
+
+def from_core(estimate: _core.Estimate) -> PoseEstimate:
+    """The core's estimate as planegrasp's."""
+    alternative = estimate.alternative
+    return PoseEstimate(
+        T_camera_object=_transform(estimate.T_camera_object),
+        covariance=estimate.covariance,
+        ambiguous=estimate.ambiguous,
+        alternative=None if alternative is None else _transform(alternative),
+        reprojection_rms=estimate.reprojection_rms,
+        depth_pixels=estimate.depth_pixels,
+    )
+
+
+def _transform(T: NDArray[np.float64]) -> RigidTransform:
+    return RigidTransform.from_components(T[:3, 3], Rotation.from_matrix(T[:3, :3]))
+
+
+def _floats(values: ArrayLike, name: str) -> NDArray[np.float64]:
+    try:
+        return np.ascontiguousarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InvalidInputError(f"{name} must be an array of numbers: {error}") from error

@@ -1,0 +1,96 @@
+"""Pose from reprojection and depth together. The default."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from math import radians
+from typing import TYPE_CHECKING
+
+from planegrasp import _core
+from planegrasp.pose._convert import from_core, to_core_camera, to_core_faces
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planegrasp.pose.base import FaceObservation, PoseEstimate
+    from planegrasp.rgbd import RGBDFrame
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FusedConfig:
+    """Settings of the fused pose.
+
+    The noise of depth is given in inverse depth, where that of structured light and stereo is
+    uniform: σ_z = z²·σ. A Kinect v1 has 1.425e-3 1/m (Khoshelham and Elberink 2012), a stereo
+    camera σ_disparity / (f·baseline).
+
+    Attributes:
+        pixel_sigma: standard deviation of an image point along one axis [px]; None estimates it
+            from the residuals.
+        pixel_sigma_floor: the estimate does not go below this [px].
+        ambiguity_odds: the pose is ambiguous when the other solution is at least this probable,
+            relative to the best one (0 … 1).
+        depth_sigma: standard deviation of a pixel's inverse depth [1/m]; None estimates it from
+            the residuals of each face's plane.
+        depth_sigma_floor: the estimate does not go below this [1/m].
+        depth_bias_sigma: standard deviation of the relative error that all depths of a frame
+            share (1 % = 0.01).
+        correlation_area: pixels over which depth noise is correlated [px²]: so many count as one
+            measurement.
+        depth_gate: depth farther from where the image puts the face than this share of it is not
+            of the face (0 … 1). Room for a biased camera and a badly measured face.
+        erosion: distance that depth pixels keep from the face's outline [px].
+        max_depth_pixels: about how many depth pixels of a face to use, by a regular stride.
+        min_depth_pixels: fewer agreeing depth pixels of a face are not used.
+        max_view_angle: a face seen more obliquely contributes no depth [rad].
+
+    Raises:
+        InvalidInputError: a setting lies outside of its range.
+    """
+
+    pixel_sigma: float | None = None
+    pixel_sigma_floor: float = 0.1
+    ambiguity_odds: float = 0.01
+    depth_sigma: float | None = None
+    depth_sigma_floor: float = 2e-4
+    depth_bias_sigma: float = 0.01
+    correlation_area: float = 4.0
+    depth_gate: float = 0.15
+    erosion: float = 3.0
+    max_depth_pixels: int = 4000
+    min_depth_pixels: int = 30
+    max_view_angle: float = radians(80.0)
+
+    def __post_init__(self) -> None:
+        self._settings()
+
+    def _settings(self) -> _core.FusedSettings:
+        return _core.FusedSettings(**asdict(self))
+
+
+@dataclass(frozen=True, slots=True)
+class FusedEstimator:
+    """Poses from the inliers' reprojection and the plane that each face's depth pixels show.
+
+    Robust against something that covers part of the face, also with its own depth. Without usable
+    depth the estimate is that of `PnPEstimator`.
+    """
+
+    config: FusedConfig = field(default_factory=FusedConfig)
+
+    @property
+    def name(self) -> str:
+        """As in `DetectorConfig.pose`."""
+        return "fused"
+
+    def estimate(self, faces: Sequence[FaceObservation], frame: RGBDFrame) -> PoseEstimate:
+        """Pose of the object from all its faces.
+
+        Raises:
+            PoseError: too few inliers, inliers on a line, or a homography that shows the face
+                from behind.
+            InvalidInputError: no face was given, or one with arrays that cannot be worked with.
+        """
+        camera = to_core_camera(frame.camera)
+        settings = self.config._settings()
+        return from_core(_core.fused(to_core_faces(faces), camera, frame.depth, settings))

@@ -1,0 +1,134 @@
+//! Typed errors: what was wrong, with what value, and what would be right.
+
+use thiserror::Error;
+
+/// An argument that cannot be worked with.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum InputError {
+    /// A value is NaN or infinite.
+    #[error("{what} must be finite")]
+    NotFinite {
+        /// Which argument.
+        what: &'static str,
+    },
+    /// A parameter lies outside of its range.
+    #[error("{name} must be {valid}, got {value}")]
+    OutOfRange {
+        /// Name of the parameter.
+        name: &'static str,
+        /// What was given.
+        value: f64,
+        /// What would be right.
+        valid: &'static str,
+    },
+    /// A 4×4 matrix is not a rigid transform.
+    #[error(
+        "{what} must be a rigid transform: R·Rᵀ or the last row deviates by {deviation:.3e}, \
+         determinant {determinant:.3}"
+    )]
+    NotRigid {
+        /// Which argument.
+        what: &'static str,
+        /// Largest deviation from a rigid transform.
+        deviation: f64,
+        /// Determinant of the upper left 3×3.
+        determinant: f64,
+    },
+    /// Face points and image points do not pair up.
+    #[error("face points and image points must pair up, got {face} and {image}")]
+    PointCount {
+        /// Number of face points.
+        face: usize,
+        /// Number of image points.
+        image: usize,
+    },
+    /// The depth image does not have the camera's size.
+    #[error(
+        "depth must be {expected_width}×{expected_height} like the camera, got {width}×{height} \
+         ({values} values)"
+    )]
+    DepthSize {
+        /// Width of the depth image [px].
+        width: usize,
+        /// Height of the depth image [px].
+        height: usize,
+        /// Number of values given.
+        values: usize,
+        /// Width of the camera's image [px].
+        expected_width: usize,
+        /// Height of the camera's image [px].
+        expected_height: usize,
+    },
+    /// No face was given.
+    #[error("a pose needs at least one face, got none")]
+    NoFaces,
+}
+
+/// Why there is no pose.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum PoseError {
+    /// An argument cannot be worked with.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// Fewer correspondences than a pose needs.
+    #[error("a pose needs at least {needed} correspondences on one face, got {found}")]
+    TooFewPoints {
+        /// How many there are.
+        found: usize,
+        /// How many there must be.
+        needed: usize,
+    },
+    /// The correspondences lie on a line, about which the pose is undetermined.
+    #[error(
+        "the correspondences lie on a line: they spread {narrow:.3e} m across and {wide:.3e} m \
+         along it"
+    )]
+    Collinear {
+        /// Standard deviation of the face points across their main direction [m].
+        narrow: f64,
+        /// Standard deviation along it [m].
+        wide: f64,
+    },
+    /// The homography shows the face from behind.
+    #[error("the homography mirrors the face (determinant {determinant:.3e}): seen from behind")]
+    Mirrored {
+        /// Determinant of the homography, scaled so that the face's centre has positive depth.
+        determinant: f64,
+    },
+    /// The homography puts part of the face behind the camera.
+    #[error("the homography puts a corner of the face behind the camera")]
+    BehindCamera,
+    /// A point that the method looks up lies outside of the image.
+    #[error("the {point} projects to ({u:.1}, {v:.1}), outside of the {width}×{height} image")]
+    OutsideImage {
+        /// "centre", "right edge" or "top edge".
+        point: &'static str,
+        /// Observed pixel column.
+        u: f64,
+        /// Observed pixel row.
+        v: f64,
+        /// Image width [px].
+        width: usize,
+        /// Image height [px].
+        height: usize,
+    },
+    /// A point that the method looks up has no depth.
+    #[error("no depth at the {point}, pixel ({u}, {v})")]
+    NoDepth {
+        /// "centre", "right edge" or "top edge".
+        point: &'static str,
+        /// Pixel column.
+        u: usize,
+        /// Pixel row.
+        v: usize,
+    },
+    /// The three looked-up points lie on a line.
+    #[error("the three looked-up points lie on a line, which spans no plane")]
+    DegenerateTriangle,
+    /// The frame has no depth image, and the method needs one.
+    #[error("the frame has no depth image, which the three-point method needs")]
+    DepthRequired,
+    /// Refinement found no well-determined minimum.
+    #[error("the correspondences do not determine a pose: refinement found no minimum")]
+    Undetermined,
+}
