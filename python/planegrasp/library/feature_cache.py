@@ -50,7 +50,8 @@ def load(path: Path | None, key: str) -> dict[str, Array] | None:
     if path is None:
         return None
     try:
-        with np.load(_file(path, key), allow_pickle=False) as archive:
+        # Opened here, because np.load leaves a damaged file open.
+        with _file(path, key).open("rb") as file, np.load(file, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
     except Exception:  # whatever a damaged archive makes NumPy and zipfile raise
         return None
