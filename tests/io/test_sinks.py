@@ -14,6 +14,7 @@ from planegrasp.io import read_color
 from planegrasp.io.sinks import (
     AnnotatedImageWriter,
     JsonLinesWriter,
+    Summary,
     detection_to_dict,
     frame_to_dict,
 )
@@ -127,3 +128,25 @@ def test_annotated_images(tmp_path):
     x, y = (0.9 * CORNERS[0] + 0.1 * CORNERS[1]).round().astype(int)
     assert drawn[y, x, 1] > 200
     np.testing.assert_array_equal(read_color(tmp_path / "out" / "_a_b.png"), 50)
+
+
+def test_summary_counts_by_object_and_instance():
+    with Summary(["Buch", "Dose"]) as summary:
+        summary.write(frame(), [detection()])
+        summary.write(frame(), [detection(pose=False)])
+        summary.write(frame(), [])
+    rows = {(row.name, row.instance): row.to_dict(summary.frames) for row in summary.objects}
+    assert list(rows) == [("Buch", 0), ("Buch", 1), ("Dose", 0)]
+    found = rows["Buch", 1]
+    assert (found["frames"], found["frames_found"], found["mean_inliers"]) == (3, 2, 66)
+    assert found["median_distance"] == pytest.approx(np.sqrt(0.1**2 + 0.05**2 + 0.7**2))
+    assert found["last"] == detection_to_dict(detection(pose=False))
+    assert rows["Dose", 0] == {
+        "name": "Dose",
+        "instance": 0,
+        "frames": 3,
+        "frames_found": 0,
+        "mean_inliers": None,
+        "median_distance": None,
+        "last": None,
+    }

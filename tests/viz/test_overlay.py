@@ -84,6 +84,20 @@ def test_labels_avoid_one_another(detection, frame):
     assert apart_x or apart_y
 
 
+def test_labels_leave_other_objects_free(detection, frame):
+    low = detection("low", translation=(0, 0.09, 0.8), degrees=(0, 0, 0))
+    high = detection("high", translation=(0, -0.06, 0.8), degrees=(0, 0, 0))
+    colors = {"low": (0, 255, 0), "high": (255, 0, 0)}
+    (left, top), _, (right, bottom), _ = np.rint(high.corners).astype(int)
+
+    def green_on_high(detections):
+        inside = draw_detections(frame, detections, colors)[top:bottom, left:right].astype(int)
+        return int(((inside[..., 1] > 200) & (inside[..., 0] < 100)).sum())
+
+    assert green_on_high([low]) > 500, "alone its label would lie there"
+    assert green_on_high([low, high]) < 50
+
+
 def test_an_object_that_fills_the_view_can_be_drawn(detection, frame):
     draw_detections(frame, [detection(translation=(0, 0, 0.09), degrees=(0, 0, 0))])
 

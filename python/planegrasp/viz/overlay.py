@@ -58,9 +58,11 @@ def draw_detections(
         _draw_outlines(image, frame, detection, color_of(detection.name, colors), unit)
     for detection in detections:
         _draw_axes(image, frame, detection, unit)
-    taken: list[Box] = []
+    labels: list[Box] = []
     for detection in detections:
-        taken.append(_draw_label(image, detection, color_of(detection.name, colors), unit, taken))
+        others = [_bounds(other) for other in detections if other is not detection]
+        color = color_of(detection.name, colors)
+        labels.append(_draw_label(image, detection, color, unit, avoid=[*labels, *others]))
     return image
 
 
@@ -98,14 +100,14 @@ def _draw_axes(image: Image, frame: RGBDFrame, detection: Detection, unit: float
 
 
 def _draw_label(
-    image: Image, detection: Detection, color: RGB, unit: float, taken: Sequence[Box]
+    image: Image, detection: Detection, color: RGB, unit: float, *, avoid: Sequence[Box]
 ) -> Box:
     title, details = label_lines(detection)
     size, small, pad = round(15 * unit), round(12 * unit), round(6 * unit)
     width = max(text_width(title, size, SEMIBOLD), text_width(details, small)) + 2 * pad
     height = round(1.15 * size + 1.25 * small) + 2 * pad
     corners = np.vstack([face.corners for face in detection.faces])
-    left, top, *_ = box = place_label(corners, (width, height), image, round(8 * unit), taken)
+    left, top, *_ = box = place_label(corners, (width, height), image, round(8 * unit), avoid)
     with _blended(image, _LABEL) as layer:
         _rounded(layer, box, color, round(4 * unit))
     ink = readable_on(color)
@@ -131,7 +133,7 @@ def place_label(
     size: tuple[int, int],
     image: Image,
     gap: int,
-    taken: Sequence[Box],
+    avoid: Sequence[Box],
 ) -> Box:
     """A box for a label: above the object, else below or beside it, always inside of the image.
 
@@ -140,7 +142,7 @@ def place_label(
         size: width and height of the label [px].
         image: that it is drawn on.
         gap: between object and label [px].
-        taken: boxes of earlier labels, avoided where there is room.
+        avoid: boxes of other labels and objects, left free where there is room.
 
     Returns:
         Left, top, width and height [px].
@@ -162,11 +164,20 @@ def place_label(
         inside_y = float(np.clip(y, 0, max(rows - height, 0)))
         box = (int(inside_x), int(inside_y), width, height)
         moved = abs(inside_x - x) + abs(inside_y - y)
-        cost = moved + sum(_overlap(box, other) for other in taken)
+        cost = moved + sum(_overlap(box, other) for other in avoid)
         if best is None or cost < best[0]:
             best = cost, box
     assert best is not None
     return best[1]
+
+
+def _bounds(detection: Detection) -> Box:
+    """The box around an object's faces."""
+    corners = np.vstack([face.corners for face in detection.faces])
+    near = np.clip(corners, -_FARTHEST_PX, _FARTHEST_PX)
+    left, top = near.min(axis=0)
+    width, height = near.max(axis=0) - (left, top)
+    return int(left), int(top), int(width), int(height)
 
 
 def _overlap(a: Box, b: Box) -> int:

@@ -4,11 +4,14 @@ from planegrasp.io.sinks.annotated_images import AnnotatedImageWriter
 from planegrasp.io.sinks.as_dict import detection_to_dict, frame_to_dict
 from planegrasp.io.sinks.base import ResultSink
 from planegrasp.io.sinks.json_lines import JsonLinesWriter
+from planegrasp.io.sinks.summary import ObjectSummary, Summary
 
 __all__ = [
     "AnnotatedImageWriter",
     "JsonLinesWriter",
+    "ObjectSummary",
     "ResultSink",
+    "Summary",
     "detection_to_dict",
     "frame_to_dict",
 ]
