@@ -174,6 +174,8 @@ def test_what_a_killed_save_left_is_cleaned_by_the_next(folder, book):
     stale.mkdir()
     (stale / "front.png").write_bytes(b"half")
     (folder / "book" / ".object.toml.0123456789ab.tmp").write_text("half")
+    (folder / "carton" / "cache").mkdir()
+    (folder / "carton" / "cache" / ".key.npz.0123456789ab.tmp").write_text("half")
     (folder / ".keep").write_text("a user's file")
     library = ObjectLibrary(folder)
     assert library.names == ("book", "carton")

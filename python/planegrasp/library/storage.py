@@ -128,8 +128,10 @@ def delete(root: Path, name: str) -> None:
 
 def clean(root: Path) -> None:
     """Delete what killed saves left behind. Call it with the library locked."""
-    for path in root.iterdir():
-        if _TEMPORARY.fullmatch(path.name):
+    for pattern in (".*.tmp", "*/.*.tmp", f"*/{_CACHE}/.*.tmp"):
+        for path in root.glob(pattern):
+            if not _TEMPORARY.fullmatch(path.name):
+                continue
             if path.is_dir():
                 shutil.rmtree(path, ignore_errors=True)
             else:
@@ -273,13 +275,12 @@ def _replace(
 
 
 def _drop_unused(folder: Path, used: set[str]) -> None:
-    """Delete images nobody refers to, features of them, and what killed saves left behind."""
+    """Delete images that nobody refers to, and the features of them."""
     unused = [p for p in folder.iterdir() if _OWN_IMAGE.fullmatch(p.name) and p.name not in used]
     for path in unused:
         path.unlink()
     if unused:
         shutil.rmtree(folder / _CACHE, ignore_errors=True)
-    clean(folder)
 
 
 def _temporary(folder: Path) -> Path:
