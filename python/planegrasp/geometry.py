@@ -33,7 +33,7 @@ __all__ = [
     "rotation_from_euler",
 ]
 
-# Newton-like undistortion iterations; OpenCV's own default of 5 leaves hundredths of a pixel.
+# OpenCV's own default of 5 iterations leaves hundredths of a pixel.
 _UNDISTORT_CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-12)
 
 
@@ -107,13 +107,13 @@ class PinholeCamera:
         points = _points(pixels, 2)
         if not self.is_distorted or not len(points):
             return points
-        undistorted = cv2.undistortPointsIter(
+        undistorted = cv2.undistortPoints(
             points.reshape(-1, 1, 2),
             self.matrix,
             self.coefficients,
-            np.eye(3),
-            self.matrix,
-            _UNDISTORT_CRITERIA,
+            R=np.eye(3),
+            P=self.matrix,
+            criteria=_UNDISTORT_CRITERIA,
         )
         return np.asarray(undistorted, dtype=np.float64).reshape(-1, 2)
 

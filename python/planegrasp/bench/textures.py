@@ -27,14 +27,14 @@ WEAK = ("rocket", "retina")
 OBJECTS = (*WELL_TEXTURED, *WEAK)
 
 _BACKGROUNDS = (
-    "motorcycle_left.png",
-    "motorcycle_right.png",
     "hubble_deep_field.jpg",
     "gravel.png",
-    "brick.png",
     "grass.png",
-    "coins.png",
     "moon.png",
+    "brick.png",
+    "motorcycle_left.png",
+    "motorcycle_right.png",
+    "coins.png",
     "page.png",
     "text.png",
     "camera.png",

@@ -1,0 +1,193 @@
+"""Recall and pose error on a recorded sequence with ground truth."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planegrasp.bench.result import BenchResult
+from planegrasp.detector import Detector
+from planegrasp.errors import PoseError, SourceError
+from planegrasp.geometry import rigid_transform, rotation_angle
+from planegrasp.grouping import observe
+from planegrasp.io.sources import open_source
+from planegrasp.objects import ObjectModel, PlanarFace
+from planegrasp.pose import make_pose_estimator
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+    from pathlib import Path
+
+    from planegrasp.detection import Detection
+    from planegrasp.geometry import RigidTransform
+    from planegrasp.rgbd import RGBDFrame
+
+# A detection counts as found within these of the truth; see docs/benchmarks.md for why not pixels.
+FOUND_DEG = 10.0
+FOUND_M = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedSettings:
+    """What is measured.
+
+    Attributes:
+        data: folder with color/, depth/, camera.json and ground_truth.json.
+        max_frames: at most so many frames; 0 = all.
+    """
+
+    data: Path
+    max_frames: int = 0
+
+    @classmethod
+    def quick(cls, data: Path) -> RecordedSettings:
+        """Under a minute."""
+        return cls(data, max_frames=12)
+
+    @property
+    def steps(self) -> int:
+        """Number of frames."""
+        frames = len(_Truth.read(self.data).T_camera_object)
+        return min(frames, self.max_frames) if self.max_frames else frames
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Truth:
+    """Ground truth: where the object is in each frame, and its faces."""
+
+    T_camera_object: Sequence[RigidTransform]
+    faces: dict[str, dict[str, object]]
+
+    @classmethod
+    def read(cls, folder: Path) -> _Truth:
+        path = folder / "ground_truth.json"
+        try:
+            content = json.loads(path.read_text())
+            grids = [rigid_transform(T, tolerance=1e-3) for T in content["T_camera_grid"]]
+            first = rigid_transform(content["T_camera_cube_in_frame_0"], tolerance=1e-3)
+            faces = dict(content["faces"])
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise SourceError(f"{path}: no ground truth can be read: {error!r}") from error
+        return cls([grid * grids[0].inv() * first for grid in grids], faces)
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """Errors in one frame; infinite where the object was not found."""
+
+    rotation_deg: float = np.inf
+    translation_mm: float = np.inf
+    three_point_deg: float = np.inf
+
+    @property
+    def found(self) -> bool:
+        """Whether the pose is that of the object rather than of something else."""
+        return self.rotation_deg <= FOUND_DEG and self.translation_mm <= 1e3 * FOUND_M
+
+
+def run(seed: int, settings: RecordedSettings, advance: Callable[[], None]) -> BenchResult:
+    """Teach each face from the first frame, alone and all as one object, and find them again."""
+    truth = _Truth.read(settings.data)
+    source = open_source(settings.data)
+    frames = iter(source)
+    first = next(frames)
+    alone = [_teach(name, [name], first, truth) for name in truth.faces]
+    together = _teach("object", list(truth.faces), first, truth)
+    detectors = [Detector(alone), Detector([together])]
+
+    models = {model.name: model for model in [*alone, together]}
+    trials: dict[str, list[Trial]] = {name: [] for name in models}
+    for i, frame in enumerate(frames, start=1):
+        if settings.max_frames and i > settings.max_frames:
+            break
+        for detector in detectors:
+            found = {d.name: d for d in reversed(detector.detect(frame))}
+            for name in (r.object.name for r in detector.references):
+                if len(trials[name]) < i:
+                    detection = found.get(name)
+                    trials[name].append(
+                        _trial(detection, detector, frame, truth.T_camera_object[i])
+                    )
+        advance()
+    return _summarise(seed, settings, trials)
+
+
+def _teach(
+    name: str, faces: Iterable[str], frame: RGBDFrame, truth: _Truth
+) -> ObjectModel:
+    """An object of some of the recorded faces, rectified from their corners in the first frame."""
+    taught = []
+    for face in faces:
+        entry = truth.faces[face]
+        width, height = np.asarray(entry["size_m"], dtype=float)
+        flat = ObjectModel.from_corners(
+            face, frame.color, entry["corners_px_in_frame_0"], width, height, camera=frame.camera
+        )
+        T_object_face = rigid_transform(entry["T_cube_face"])
+        taught.append(PlanarFace(face, flat.faces[0].image, width, height, T_object_face))
+    return ObjectModel(name, tuple(taught))
+
+
+def _trial(
+    detection: Detection | None,
+    detector: Detector,
+    frame: RGBDFrame,
+    truth: RigidTransform,
+) -> Trial:
+    if detection is None or detection.T_camera_object is None:
+        return Trial()
+    rotation, translation = _errors(detection.T_camera_object, truth)
+    reference = next(
+        r
+        for r in detector.references
+        if r.object.name == detection.name and r.face.name == detection.faces[0].name
+    )
+    try:
+        pose = make_pose_estimator("three_point").estimate(
+            [observe(reference, detection.faces[0])], frame
+        )
+        baseline = _errors(pose.T_camera_object, truth)[0]
+    except PoseError:
+        baseline = np.inf
+    return Trial(rotation, translation, baseline)
+
+
+def _errors(estimate: RigidTransform, truth: RigidTransform) -> tuple[float, float]:
+    return (
+        float(np.degrees(rotation_angle(estimate.rotation, truth.rotation))),
+        1e3 * float(np.linalg.norm(estimate.translation - truth.translation)),
+    )
+
+
+def _summarise(
+    seed: int, settings: RecordedSettings, trials: dict[str, list[Trial]]
+) -> BenchResult:
+    rows, figures = [], {}
+    for name, of_face in trials.items():
+        found = [t for t in of_face if t.found]
+        baseline = [t.three_point_deg for t in of_face if np.isfinite(t.three_point_deg)]
+        row = {
+            "recall": len(found) / len(of_face),
+            "rotation_deg_median": float(np.median([t.rotation_deg for t in found] or [np.nan])),
+            "translation_mm_median": float(
+                np.median([t.translation_mm for t in found] or [np.nan])
+            ),
+            "three_point_rotation_deg_median": float(np.median(baseline or [np.nan])),
+            "three_point_poses": len(baseline) / len(of_face),
+        }
+        rows.append({"face": name, "frames": len(of_face), **row})
+        figures |= {f"{name}.{figure}": value for figure, value in row.items()}
+    return BenchResult(
+        bench="recorded",
+        seed=seed,
+        settings={"data": str(settings.data), "max_frames": settings.max_frames},
+        rows=rows,
+        figures=figures,
+        notes=(
+            f"found: within {FOUND_DEG:g}° and {100 * FOUND_M:g} cm of the recorded truth",
+            "each face is taught alone from the first frame; 'object' is all of them as one object",
+        ),
+    )
