@@ -363,6 +363,9 @@ def test_options_that_do_not_apply_are_refused(tmp_path, frames):
     path = write_two_folders(tmp_path, frames)
     with pytest.raises(SourceError, match=r"an RGB-D folder takes no field of view, got 1\.0"):
         open_source(path, field_of_view=1.0)
+    for scale in (0.0, -0.001, math.nan):
+        with pytest.raises(SourceError, match="depth_scale must be > 0"):
+            open_source(path, depth_scale=scale)
 
 
 def test_recorded_sequences():

@@ -182,13 +182,11 @@ class _Run:
         }
 
     def _result(self, frame: RGBDFrame, report: DetectionReport) -> dict[str, Any]:
-        from dataclasses import asdict
-
-        from planegrasp.io.sinks import frame_to_dict
+        from planegrasp.io.sinks import face_report_to_dict, frame_to_dict
 
         result = frame_to_dict(frame, report.detections)
         if self._explain:
-            result["faces"] = [asdict(face) for face in report.faces]
+            result["faces"] = [face_report_to_dict(face) for face in report.faces]
         return result
 
 

@@ -172,7 +172,7 @@ class RerunRecording:
         self._log(root, pose)
         length = min(face_size(detection, camera)) / 2
         axes = self._rr.Arrows3D(
-            vectors=length * np.eye(3), colors=AXIS_COLORS, radii=length / 40, show_labels=False
+            vectors=length * np.eye(3), colors=AXIS_COLORS, radii=length / 18, show_labels=False
         )
         self._log((*root, "axes"), axes)
         if detection.name in self._objects:
@@ -240,12 +240,12 @@ def _blueprint() -> Any:
         contents=["$origin/**", "- $origin/camera/depth/**", "- $origin/camera/outlines/**"],
         name="Scene",
         eye_controls=rrb.EyeControls3D(
-            position=(0.35, -0.3, -0.35), look_target=(0.0, 0.0, 0.6), eye_up=(0.0, -1.0, 0.0)
+            position=(0.3, -0.25, -0.2), look_target=(0.0, 0.05, 0.55), eye_up=(0.0, -1.0, 0.0)
         ),
     )
     image = rrb.Spatial2DView(
         origin="world/camera",
-        contents=["$origin/**", "- $origin/depth/**", "/world/objects/*/*/axes"],
+        contents=["$origin/**", "- $origin/depth/**", "/world/objects/**"],
         name="Image",
     )
     depth = rrb.Spatial2DView(

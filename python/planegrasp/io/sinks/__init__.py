@@ -1,7 +1,7 @@
 """Where results go: JSON Lines, annotated images; Rerun recordings are in `planegrasp.viz`."""
 
 from planegrasp.io.sinks.annotated_images import AnnotatedImageWriter
-from planegrasp.io.sinks.as_dict import detection_to_dict, frame_to_dict
+from planegrasp.io.sinks.as_dict import detection_to_dict, face_report_to_dict, frame_to_dict
 from planegrasp.io.sinks.base import ResultSink
 from planegrasp.io.sinks.json_lines import JsonLinesWriter
 from planegrasp.io.sinks.summary import ObjectSummary, Summary
@@ -13,5 +13,6 @@ __all__ = [
     "ResultSink",
     "Summary",
     "detection_to_dict",
+    "face_report_to_dict",
     "frame_to_dict",
 ]

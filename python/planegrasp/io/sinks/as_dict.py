@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from planegrasp.detection import Detection, FaceDetection
+    from planegrasp.detection import Detection, FaceDetection, FaceReport
     from planegrasp.geometry import RigidTransform
     from planegrasp.rgbd import RGBDFrame
 
@@ -63,6 +63,19 @@ def detection_to_dict(detection: Detection) -> dict[str, Any]:
         "faces": [_face(face) for face in detection.faces],
         **_pose(detection),
         "pose_failure": detection.pose_failure,
+    }
+
+
+def face_report_to_dict(report: FaceReport) -> dict[str, Any]:
+    """How far one face got, ready for `json.dumps`: the fields of `FaceReport` by name."""
+    return {
+        "object": report.object,
+        "face": report.face,
+        "instance": report.instance,
+        "found": report.found,
+        "stage": report.stage,
+        "reason": report.reason,
+        "figures": {name: _number(value) for name, value in report.figures.items()},
     }
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -69,6 +70,8 @@ class _Given:
             self.camera, file_scale = read_camera(camera)
         if self.camera is not None and field_of_view is not None:
             raise SourceError("give a camera or a field of view, not both")
+        if depth_scale is not None and not 0.0 < depth_scale < math.inf:
+            raise SourceError(f"depth_scale must be > 0 metres per unit, got {depth_scale}")
         self.depth = depth
         self.explicit_scale = depth_scale
         self.depth_scale = depth_scale or file_scale
