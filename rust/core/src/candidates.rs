@@ -4,7 +4,7 @@ use nalgebra::Matrix6;
 
 use crate::error::PoseError;
 use crate::estimate::PoseEstimate;
-use crate::lm::{Minimum, minimize};
+use crate::lm::{Minimum, Precision, minimize};
 use crate::pose_problem::{PARAMETERS, PoseProblem, PoseState};
 
 /// Minima whose rotations differ by less than this are the same one [rad] (0.3°): the two planar
@@ -21,7 +21,7 @@ pub fn refine_all(
 ) -> Vec<PoseMinimum> {
     let mut minima: Vec<PoseMinimum> = starts
         .into_iter()
-        .filter_map(|start| minimize(problem, start))
+        .filter_map(|start| minimize(problem, start, Precision::Fine))
         .collect();
     minima.sort_by(|a, b| a.normal.cost.total_cmp(&b.normal.cost));
     let mut distinct: Vec<PoseMinimum> = Vec::with_capacity(minima.len());

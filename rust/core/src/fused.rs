@@ -17,7 +17,7 @@ use crate::depth_plane::{self, DepthConfig};
 use crate::error::PoseError;
 use crate::estimate::PoseEstimate;
 use crate::face::Face;
-use crate::pnp::{self, PnPConfig};
+use crate::pnp::{self, PlanarSolutions, PnPConfig};
 use crate::pose_problem::{PlaneObservation, PoseProblem, PoseState};
 
 /// A plane contradicts the image when agreeing with it raises the reprojection cost by this many
@@ -45,11 +45,7 @@ pub fn estimate(
     config.depth.check()?;
     let odds = config.pnp.ambiguity_odds;
     let planar = pnp::solve(faces, camera, &config.pnp)?;
-    let poses: Vec<_> = planar
-        .minima
-        .iter()
-        .map(|m| m.state.T_camera_object)
-        .collect();
+    let poses = rival_poses(&planar);
     let mut problem = planar.problem;
     problem.bias_sigma = config.depth.bias_sigma;
     if let Some(depth) = depth {
@@ -66,6 +62,15 @@ pub fn estimate(
         }
     }
     summarise(&problem, &planar.minima, odds)
+}
+
+/// The planar solutions that depth could still prefer without contradicting the image.
+fn rival_poses(planar: &PlanarSolutions) -> Vec<Isometry3<f64>> {
+    let cost = |m: &PoseMinimum| m.normal.cost;
+    let best = planar.minima.first().map_or(0.0, cost);
+    let limit = best + contradiction(&planar.problem);
+    let rivals = planar.minima.iter().filter(|m| cost(m) <= limit);
+    rivals.map(|m| m.state.T_camera_object).collect()
 }
 
 /// The planar solutions, and the best one turned into the best measured plane.
@@ -99,7 +104,12 @@ fn contradicts(problem: &PoseProblem, best: &PoseMinimum, poses: &[Isometry3<f64
     let cost = |T: &Isometry3<f64>| problem.reprojection_cost(T);
     let without = poses.iter().map(cost).fold(f64::INFINITY, f64::min);
     let rise = cost(&best.state.T_camera_object) - without;
-    rise > CONTRADICTION.max(CONTRADICTION_PER_POINT * problem.points.len() as f64)
+    rise > contradiction(problem)
+}
+
+/// The rise of the reprojection cost at which depth contradicts the image.
+fn contradiction(problem: &PoseProblem) -> f64 {
+    CONTRADICTION.max(CONTRADICTION_PER_POINT * problem.points.len() as f64)
 }
 
 fn drop_worst_plane(problem: &mut PoseProblem, best: Option<&PoseMinimum>) {

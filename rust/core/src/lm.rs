@@ -8,6 +8,25 @@ const START_DAMPING: f64 = 1e-4;
 /// Costs are squared residuals in sigmas: a change of 1e-9 moves no parameter by 1e-4 sigma.
 const COST_TOLERANCE: f64 = 1e-9;
 
+/// How exactly a minimum is approached: the change of the cost, relative to it, that ends it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Precision {
+    /// For a start of a later minimisation.
+    Coarse,
+    /// To a hundredth of a sigma with a thousand residuals, and exactly where they vanish.
+    Fine,
+}
+
+impl Precision {
+    fn tolerance(self, cost: f64) -> f64 {
+        let relative = match self {
+            Self::Coarse => 1e-3,
+            Self::Fine => 1e-7,
+        };
+        COST_TOLERANCE + relative * cost
+    }
+}
+
 /// A robust least-squares problem in N local parameters, linearised at a state.
 pub trait LeastSquares<const N: usize> {
     /// A point of the parameter space.
@@ -48,6 +67,7 @@ pub struct Minimum<S, const N: usize> {
 pub fn minimize<const N: usize, P: LeastSquares<N>>(
     problem: &P,
     start: P::State,
+    precision: Precision,
 ) -> Option<Minimum<P::State, N>>
 where
     Const<N>: DimMin<Const<N>, Output = Const<N>>,
@@ -73,7 +93,7 @@ where
             damping *= 10.0;
             rejections += 1;
         }
-        if decrease.abs() < COST_TOLERANCE || rejections > MAX_REJECTIONS {
+        if decrease.abs() < precision.tolerance(normal.cost) || rejections > MAX_REJECTIONS {
             break;
         }
     }
@@ -124,13 +144,21 @@ mod tests {
 
     #[test]
     fn descends_a_curved_valley() {
-        let minimum = minimize(&Valley, SVector::<f64, 2>::new(-1.2, 1.0)).unwrap();
+        let minimum =
+            minimize(&Valley, SVector::<f64, 2>::new(-1.2, 1.0), Precision::Fine).unwrap();
         assert!((minimum.state - SVector::<f64, 2>::new(1.0, 1.0)).norm() < 1e-6);
         assert!(minimum.normal.cost < 1e-12);
     }
 
     #[test]
     fn a_start_without_a_finite_cost_has_no_minimum() {
-        assert!(minimize(&Valley, SVector::<f64, 2>::new(f64::NAN, 0.0)).is_none());
+        assert!(
+            minimize(
+                &Valley,
+                SVector::<f64, 2>::new(f64::NAN, 0.0),
+                Precision::Fine
+            )
+            .is_none()
+        );
     }
 }

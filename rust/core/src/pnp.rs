@@ -8,7 +8,7 @@ use crate::error::{InputError, PoseError};
 use crate::estimate::PoseEstimate;
 use crate::face::Face;
 use crate::ippe;
-use crate::lm::minimize;
+use crate::lm::{Precision, minimize};
 use crate::pose_problem::{ObjectPoint, PoseProblem, PoseState};
 use crate::robust::median;
 
@@ -147,7 +147,9 @@ fn approach(
         }
         // Without noise the residuals are rounding: any scale that keeps the arithmetic sane does.
         problem.pixel_sigma = coarse.clamp(1e-3, 1e3);
-        T = minimize(problem, PoseState::new(T))?.state.T_camera_object;
+        T = minimize(problem, PoseState::new(T), Precision::Coarse)?
+            .state
+            .T_camera_object;
     }
     Some(T)
 }
