@@ -79,8 +79,9 @@ def run(seed: int, settings: ObjectsSettings, advance: Callable[[], None]) -> Be
             advance()
 
     one = float(np.median(seconds[min(seconds)]))
-    rows, figures = [], {}
-    for n in detectors:
+    rows: list[dict[str, str | float]] = []
+    figures: dict[str, float] = {}
+    for n, detector in detectors.items():
         median = float(np.median(seconds[n]))
         rows.append(
             {
@@ -90,7 +91,7 @@ def run(seed: int, settings: ObjectsSettings, advance: Callable[[], None]) -> Be
                 "paper SIFT, over one": _paper_ratio("sift", n),
                 "paper SURF, over one": _paper_ratio("surf", n),
                 "recall": float(np.mean(found[n])),
-                "MB / object": _megabytes(detectors[n]) / n,
+                "MB / object": _megabytes(detector) / n,
             }
         )
         figures[f"time_{n}_over_1"] = median / one

@@ -107,7 +107,9 @@ def run(seed: int, settings: PoseSettings, advance: Callable[[], None]) -> Bench
             for i in range(settings.frames):
                 entropy = [seed, number, round(1000 * distance), tilt, int(hidden), i]
                 rng = np.random.default_rng(entropy)
-                frame_trials = _frame(rng, model, detector, distance, np.radians(tilt), hidden)
+                frame_trials = _frame(
+                    rng, model, detector, distance=distance, tilt=np.radians(tilt), hidden=hidden
+                )
                 for method, trial in frame_trials.items():
                     trials.setdefault((method, distance, tilt, hidden), []).append(trial)
                 advance()
@@ -118,6 +120,7 @@ def _frame(
     rng: np.random.Generator,
     model: ObjectModel,
     detector: Detector,
+    *,
     distance: float,
     tilt: float,
     hidden: bool,
@@ -142,9 +145,7 @@ def _frame(
     return trials
 
 
-def _found(
-    detections: Sequence[Detection], truth: NDArray[np.float64] | None
-) -> Detection | None:
+def _found(detections: Sequence[Detection], truth: NDArray[np.float64] | None) -> Detection | None:
     if not detections or truth is None:
         return None
     return detections[0] if corner_error(detections[0].corners, truth) < CORNER_TOLERANCE else None

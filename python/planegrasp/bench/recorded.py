@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -59,7 +59,7 @@ class _Truth:
     """Ground truth: where the object is in each frame, and its faces."""
 
     T_camera_object: Sequence[RigidTransform]
-    faces: dict[str, dict[str, object]]
+    faces: dict[str, dict[str, Any]]
 
     @classmethod
     def read(cls, folder: Path) -> _Truth:
@@ -115,9 +115,7 @@ def run(seed: int, settings: RecordedSettings, advance: Callable[[], None]) -> B
     return _summarise(seed, settings, trials)
 
 
-def _teach(
-    name: str, faces: Iterable[str], frame: RGBDFrame, truth: _Truth
-) -> ObjectModel:
+def _teach(name: str, faces: Iterable[str], frame: RGBDFrame, truth: _Truth) -> ObjectModel:
     """An object of some of the recorded faces, rectified from their corners in the first frame."""
     taught = []
     for face in faces:
@@ -165,7 +163,8 @@ def _errors(estimate: RigidTransform, truth: RigidTransform) -> tuple[float, flo
 def _summarise(
     seed: int, settings: RecordedSettings, trials: dict[str, list[Trial]]
 ) -> BenchResult:
-    rows, figures = [], {}
+    rows: list[dict[str, str | float]] = []
+    figures: dict[str, float] = {}
     for name, of_face in trials.items():
         found = [t for t in of_face if t.found]
         baseline = [t.three_point_deg for t in of_face if np.isfinite(t.three_point_deg)]

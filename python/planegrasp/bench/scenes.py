@@ -47,7 +47,9 @@ def random_pose(
     """
     axis = rng.uniform(0.0, 2.0 * np.pi)
     roll = rng.uniform(0.0, 2.0 * np.pi)
-    position = np.array([rng.uniform(-offset[0], offset[0]), rng.uniform(-offset[1], offset[1]), distance])
+    position = np.array(
+        [rng.uniform(-offset[0], offset[0]), rng.uniform(-offset[1], offset[1]), distance]
+    )
     return facing_pose(position, tilt, axis, roll)
 
 

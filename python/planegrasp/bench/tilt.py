@@ -103,7 +103,9 @@ def _trial(
     if not detections or truth is None:
         return Trial(np.inf, np.nan, seconds)
     error = corner_error(detections[0].corners, truth)
-    return Trial(error, epsilon(detections[0], face, rendering.frame.camera, T_camera_face), seconds)
+    return Trial(
+        error, epsilon(detections[0], face, rendering.frame.camera, T_camera_face), seconds
+    )
 
 
 def epsilon(
