@@ -3,6 +3,7 @@
 use nalgebra::{Isometry3, Vector2, Vector3};
 
 use crate::camera::Camera;
+use crate::correlation::samples_per_measurement;
 use crate::depth_image::DepthImage;
 use crate::depth_region::{RegionRule, collect};
 use crate::error::InputError;
@@ -156,7 +157,10 @@ pub fn observe(
     {
         return None;
     }
-    let independent = (region.pixels_per_sample / config.correlation_area).min(1.0);
+    // Noise that is alike in neighbouring pixels: as configured, or as the residuals show.
+    let configured = config.correlation_area / region.pixels_per_sample;
+    let shown = samples_per_measurement(&region.pixels, &plane.inverse_plane, plane.sigma);
+    let independent = 1.0 / shown.max(configured);
     Some(PlaneObservation {
         normal,
         point,

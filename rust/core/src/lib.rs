@@ -16,6 +16,7 @@
 
 pub mod camera;
 pub mod candidates;
+pub mod correlation;
 pub mod depth_image;
 pub mod depth_plane;
 pub mod depth_region;
