@@ -160,8 +160,7 @@ class Detector:
             if model.name in names:
                 raise InvalidInputError(f"two objects are called {model.name!r}")
             names.add(model.name)
-            on_disk = isinstance(library, ObjectLibrary)
-            cache = library.cache_dir(model.name) if on_disk else None
+            cache = library.cache_dir(model.name) if isinstance(library, ObjectLibrary) else None
             for face in model.faces:
                 yield prepare_face(
                     model,

@@ -103,7 +103,7 @@ class PinholeCamera:
         return any(k != 0.0 for k in self.distortion)
 
     def undistort(self, pixels: ArrayLike) -> Float64Array:
-        """Move observed pixels (N×2) to where a camera with the same K and no lens would see them."""
+        """Move observed pixels (N×2) to where a camera with this K and no distortion sees them."""
         points = _points(pixels, 2)
         if not self.is_distorted or not len(points):
             return points

@@ -38,9 +38,7 @@ def observe(reference: FaceReference, detection: FaceDetection) -> FaceObservati
     )
 
 
-def group_faces(
-    faces: Sequence[Found], pose: PoseEstimator, frame: RGBDFrame
-) -> list[list[Found]]:
+def group_faces(faces: Sequence[Found], pose: PoseEstimator, frame: RGBDFrame) -> list[list[Found]]:
     """Put faces of one object together where the pose of one predicts the other.
 
     Args:
@@ -75,5 +73,5 @@ def _predicts(
     except (PoseError, InvalidInputError):
         return False
     error = float(np.linalg.norm(predicted - detection.corners, axis=1).mean())
-    size = float(np.linalg.norm(detection.corners - np.roll(detection.corners, 1, axis=0), axis=1).max())
-    return error <= _TOLERANCE * size
+    sides = detection.corners - np.roll(detection.corners, 1, axis=0)
+    return error <= _TOLERANCE * float(np.linalg.norm(sides, axis=1).max())

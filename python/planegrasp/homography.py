@@ -14,14 +14,20 @@ import numpy as np
 import poselib
 
 from planegrasp.errors import InvalidInputError
+from planegrasp.matching.support import supported
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from numpy.typing import NDArray
 
     from planegrasp.geometry import PinholeCamera
     from planegrasp.matching.index import Candidates, Matches
 
     Float64Array = NDArray[np.float64]
+
+# Rounds of collecting the matches that agree and fitting to them.
+_REFINEMENTS = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +37,7 @@ class HomographyConfig:
     Attributes:
         min_matches: fewer matches than this are no candidate (paper: 10).
         max_ratio: of the ratio test (Lowe: 0.8).
+        max_loose_ratio: of matches that count only where they support each other.
         threshold: largest reprojection error of an inlier [px].
         iterations: at most this many RANSAC samples.
         min_inliers: an accepted face has at least this many.
@@ -43,6 +50,7 @@ class HomographyConfig:
 
     min_matches: int = 10
     max_ratio: float = 0.8
+    max_loose_ratio: float = 0.9
     threshold: float = 3.0
     iterations: int = 5000
     min_inliers: int = 8
@@ -57,10 +65,14 @@ class HomographyConfig:
                 f"a homography takes at least 4 matches and inliers, got "
                 f"min_matches={self.min_matches}, min_inliers={self.min_inliers}"
             )
-        if not 0 < self.max_ratio <= 1 or self.threshold <= 0 or self.max_stretch <= 1:
+        if not 0 < self.max_ratio <= self.max_loose_ratio <= 1:
             raise InvalidInputError(
-                f"need 0 < max_ratio ≤ 1, threshold > 0 and max_stretch > 1, got "
-                f"{self.max_ratio}, {self.threshold}, {self.max_stretch}"
+                f"need 0 < max_ratio ≤ max_loose_ratio ≤ 1, got {self.max_ratio}, "
+                f"{self.max_loose_ratio}"
+            )
+        if self.threshold <= 0 or self.max_stretch <= 1:
+            raise InvalidInputError(
+                f"need threshold > 0 and max_stretch > 1, got {self.threshold}, {self.max_stretch}"
             )
 
 
@@ -72,20 +84,38 @@ class HomographyEstimate:
     inliers: Matches
 
 
-def estimate_homography(
-    matches: Matches, candidates: Candidates, face: int, config: HomographyConfig
-) -> HomographyEstimate | None:
-    """Robust homography of one face, refined over all matches that agree with it.
+def hypotheses(
+    candidates: Candidates, face: int, config: HomographyConfig
+) -> Iterator[HomographyEstimate]:
+    """Homographies of one face to be verified, the likelier source first.
 
-    Matches that the ratio test refused, but that lie where the first estimate says, take part in
-    the refinement: they make it more precise, and cannot bring a wrong estimate about.
-
-    Returns:
-        The estimate, or None where no four matches agree on one.
+    First from the matches that pass the ratio test, sampled in the order of their ratio. Then, for
+    faces with few right matches among many, from all those with a weaker ratio that support each
+    other, sampled in the order of their support.
     """
-    best_first = np.argsort(matches.ratio, kind="stable")
-    source = matches.reference_points[best_first]
-    target = matches.image_points[best_first]
+    strict = candidates.matches(face, config.max_ratio)
+    if len(strict) >= config.min_matches:
+        estimate = _estimate(strict, strict.ratio, candidates, face, config)
+        if estimate is not None:
+            yield estimate
+    loose = candidates.matches(face, config.max_loose_ratio)
+    if len(loose) >= config.min_matches:
+        matches, support = supported(loose)
+        if len(matches) >= 4:
+            estimate = _estimate(matches, -support, candidates, face, config)
+            if estimate is not None:
+                yield estimate
+
+
+def _estimate(
+    matches: Matches,
+    order: NDArray[np.float64] | NDArray[np.intp],
+    candidates: Candidates,
+    face: int,
+    config: HomographyConfig,
+) -> HomographyEstimate | None:
+    """Robust homography from matches, those with the smallest `order` sampled first."""
+    best_first = np.argsort(order, kind="stable")
     ransac = {
         "max_reproj_error": config.threshold,
         "max_iterations": config.iterations,
@@ -94,26 +124,48 @@ def estimate_homography(
         "progressive_sampling": True,
         "seed": 0,
     }
-    bundle = {"loss_type": "CAUCHY", "loss_scale": config.threshold / 3}
-    matrix, result = poselib.estimate_homography(source, target, ransac, bundle)
+    matrix, result = poselib.estimate_homography(
+        matches.reference_points[best_first],
+        matches.image_points[best_first],
+        ransac,
+        _bundle(config),
+    )
     if result["num_inliers"] < 4:
         return None
-    for _ in range(2):
+    return refine(matrix, candidates, face, config)
+
+
+def refine(
+    matrix: Float64Array, candidates: Candidates, face: int, config: HomographyConfig
+) -> HomographyEstimate | None:
+    """Refine a homography over all matches that agree with it.
+
+    Matches that the ratio test refused, but that lie where the first estimate says, take part:
+    they make it more precise, and cannot bring a wrong estimate about.
+
+    Returns:
+        The estimate, or None where it degenerates or fewer than four matches agree.
+    """
+    for _ in range(_REFINEMENTS):
         normalised = _normalise(matrix)
         if normalised is None:
             return None
-        matrix = normalised
-        inliers = _one_per_place(candidates.agreeing(face, matrix, config.threshold))
+        inliers = _one_per_place(candidates.agreeing(face, normalised, config.threshold))
         if len(inliers) < 4:
             return None
         matrix, _ = poselib.refine_homography(
-            inliers.reference_points, inliers.image_points, matrix, bundle
+            inliers.reference_points, inliers.image_points, normalised, _bundle(config)
         )
     final = _normalise(matrix)
     if final is None:
         return None
     inliers = _one_per_place(candidates.agreeing(face, final, config.threshold))
     return HomographyEstimate(final, inliers)
+
+
+def _bundle(config: HomographyConfig) -> dict[str, object]:
+    """PoseLib's options of the non-linear refinement."""
+    return {"loss_type": "CAUCHY", "loss_scale": config.threshold / 3}
 
 
 def apply_homography(matrix: Float64Array, points: Float64Array) -> Float64Array:

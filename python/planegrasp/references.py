@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from planegrasp.objects import ObjectModel, PlanarFace
 
 # Part of the cache's key: to be raised whenever the same settings give other features.
-_VERSION = "1"
+_VERSION = "2"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,12 +82,17 @@ def prepare_face(
         small = cv2.resize(gray, size, interpolation=cv2.INTER_AREA) if scale < 1.0 else gray
         features = extract_oblique(extractor, small.astype(np.uint8), oblique)
         # Edge coordinates scale without an offset, pixel coordinates would not.
-        points = edge_from_pixel(features.points) * (width / size[0], height / size[1])
-        arrays = {"points": points.astype(np.float32), "descriptors": features.descriptors}
+        enlarge = np.array([width / size[0], height / size[1]])
+        arrays = {
+            "points": (edge_from_pixel(features.points) * enlarge).astype(np.float32),
+            "frames": (enlarge[:, None] * features.frames).astype(np.float32),
+            "descriptors": features.descriptors,
+        }
         feature_cache.store(cache, key, arrays)
     references = ReferenceSet(
         cast("NDArray[np.float32]", arrays["points"]),
+        cast("NDArray[np.float32]", arrays["frames"]),
         cast("NDArray[np.float32]", arrays["descriptors"]),
-        same_place * max(width, height)
+        same_place * max(width, height),
     )
     return FaceReference(model, face, references, prepare_appearance(gray.astype(np.uint8)))

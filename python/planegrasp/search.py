@@ -14,7 +14,7 @@ from planegrasp.homography import (
     check_outline,
     check_shape,
     coverage,
-    estimate_homography,
+    hypotheses,
     reference_corners,
 )
 
@@ -65,7 +65,7 @@ class FaceSearch:
                 if detection is None:
                     break
                 found.setdefault(face, []).append(detection)
-                remaining = remaining.without(_inside(detection, candidates=remaining, face=self._references[face]))
+                remaining = remaining.without(_inside(detection, remaining, self._references[face]))
         return found, reports
 
     def _attempt(
@@ -78,34 +78,27 @@ class FaceSearch:
     ) -> tuple[FaceDetection | None, FaceReport]:
         """One attempt at one face: matches, homography, verification."""
         reference, config = self._references[face], self._config
-        figures: dict[str, float] = {"features": float(len(candidates.image_points))}
+        figures = {"features": float(len(candidates.image_points))}
 
         def report(stage: str, reason: str = "") -> FaceReport:
-            return FaceReport(
-                reference.object.name,
-                reference.face.name,
-                instance,
-                stage == "found",
-                stage,
-                reason,
-                dict(figures),
-            )
+            names = reference.object.name, reference.face.name
+            return FaceReport(*names, instance, stage == "found", stage, reason, dict(figures))
 
         if not len(reference.set.points):
             return None, report("features", "the reference image has no features")
-        matches = candidates.matches(face, config.max_ratio)
-        figures["matches"] = float(len(matches))
-        if len(matches) < config.min_matches:
-            return None, report(
-                "matching", f"{len(matches)} matches (at least {config.min_matches})"
-            )
-        estimate = estimate_homography(matches, candidates, face, config)
-        if estimate is None:
-            return None, report("homography", f"none of {len(matches)} matches agree with others")
-        reason = self._verify(reference, estimate, gray, camera, figures)
-        if reason:
-            return None, report("verification", reason)
-        return self._accept(reference, estimate, camera, figures), report("found")
+        matches = len(candidates.matches(face, config.max_ratio))
+        figures["matches"] = float(matches)
+        refusal = (
+            report("homography", f"no homography explains any four of its {matches} matches")
+            if matches >= config.min_matches
+            else report("matching", f"{matches} matches (at least {config.min_matches})")
+        )
+        for estimate in hypotheses(candidates, face, config):
+            reason = self._verify(reference, estimate, gray, camera, figures)
+            if not reason:
+                return self._accept(reference, estimate, camera, figures), report("found")
+            refusal = report("verification", reason)
+        return None, refusal
 
     def _verify(
         self,
@@ -168,10 +161,8 @@ def _inside(
     """Which features of the frame lie inside of a found face."""
     outline = apply_homography(detection.homography, reference_corners(*face.size))
     polygon = outline.astype(np.float32).reshape(-1, 1, 2)
-    return np.array(
-        [
-            cv2.pointPolygonTest(polygon, (float(x), float(y)), measureDist=False) >= 0
-            for x, y in candidates.image_points
-        ],
-        dtype=np.bool_,
-    )
+    inside = [
+        cv2.pointPolygonTest(polygon, (float(x), float(y)), measureDist=False) >= 0
+        for x, y in candidates.image_points
+    ]
+    return np.array(inside, dtype=np.bool_)

@@ -34,6 +34,8 @@ def to_features(
     """`Features` of OpenCV's result; `empty` (0×D) stands for its None when nothing was found."""
     if descriptors is None or not len(keypoints):
         none = np.zeros(0, np.float32)
-        return Features(np.zeros((0, 2), np.float32), none, none, empty)
-    table = np.array([(*k.pt, k.size, k.response) for k in keypoints], dtype=np.float32)
-    return Features(table[:, :2].copy(), table[:, 2].copy(), table[:, 3].copy(), descriptors)
+        return Features(np.zeros((0, 2), np.float32), none, none, none, empty)
+    rows = [(*k.pt, k.size, np.radians(k.angle), k.response) for k in keypoints]
+    table = np.array(rows, dtype=np.float32)
+    points, scales, angles, responses = np.split(table, (2, 3, 4), axis=1)
+    return Features(points.copy(), scales.ravel(), angles.ravel(), responses.ravel(), descriptors)

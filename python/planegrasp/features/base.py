@@ -20,12 +20,14 @@ class Features:
     Attributes:
         points: N×2 float32, pixel centres at integer coordinates.
         scales: N float32, diameter of the described neighbourhood [px].
+        angles: N float32, orientation of the neighbourhood [rad], from x towards y (clockwise).
         responses: N float32, strength of the keypoint, larger is stronger.
         descriptors: N×D, float32 (compared by L2) or uint8 bit strings (compared by Hamming).
     """
 
     points: NDArray[np.float32]
     scales: NDArray[np.float32]
+    angles: NDArray[np.float32]
     responses: NDArray[np.float32]
     descriptors: NDArray[np.float32] | NDArray[np.uint8]
 
@@ -36,20 +38,31 @@ class Features:
                 f"features need N×2 points and N×D descriptors, got shapes "
                 f"{self.points.shape} and {self.descriptors.shape}"
             )
-        if not len(self.scales) == len(self.responses) == len(self.descriptors) == n:
+        lengths = [len(a) for a in (self.scales, self.angles, self.responses, self.descriptors)]
+        if any(length != n for length in lengths):
             raise InvalidInputError(
-                f"features need one scale, response and descriptor a point, got "
-                f"{n} points, {len(self.scales)} scales, {len(self.responses)} responses and "
-                f"{len(self.descriptors)} descriptors"
+                f"features need one scale, angle, response and descriptor a point, got "
+                f"{n} points and {lengths} of those"
             )
 
     def __len__(self) -> int:
         return len(self.points)
 
+    @property
+    def frames(self) -> NDArray[np.float64]:
+        """N×2×2: scaled rotations from a keypoint's own frame to the image."""
+        cosine, sine = np.cos(self.angles, dtype=float), np.sin(self.angles, dtype=float)
+        rotation = np.stack([np.stack([cosine, -sine], -1), np.stack([sine, cosine], -1)], -2)
+        return np.asarray(self.scales[:, None, None] * rotation, dtype=np.float64)
+
     def select(self, keep: NDArray[np.bool_] | NDArray[np.intp]) -> Features:
         """The features at a mask or at indices."""
         return Features(
-            self.points[keep], self.scales[keep], self.responses[keep], self.descriptors[keep]
+            self.points[keep],
+            self.scales[keep],
+            self.angles[keep],
+            self.responses[keep],
+            self.descriptors[keep],
         )
 
 

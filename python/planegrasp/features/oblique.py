@@ -15,12 +15,13 @@ import cv2
 import numpy as np
 
 from planegrasp.errors import InvalidInputError
-from planegrasp.features.base import Extractor, Features
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from numpy.typing import NDArray
+
+    from planegrasp.features.base import Extractor
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,38 +75,45 @@ def oblique_views(gray: NDArray[np.uint8], config: ObliqueConfig) -> Iterator[Vi
             yield _view(gray, tilt, float(np.radians(angle)), config.blur)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class ObliqueFeatures:
+    """Features of all views of a reference, mapped back to it.
+
+    Attributes:
+        points: M×2 float32, reference pixels (centres at integers).
+        frames: M×2×2 float32, from each keypoint's own frame to the reference.
+        descriptors: M×D.
+    """
+
+    points: NDArray[np.float32]
+    frames: NDArray[np.float32]
+    descriptors: NDArray[np.float32] | NDArray[np.uint8]
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+
 def extract_oblique(
     extractor: Extractor, gray: NDArray[np.uint8], config: ObliqueConfig
-) -> Features:
-    """Features of all views, with positions and scales in the reference image.
-
-    Features whose neighbourhood reaches over the border of the reference are dropped from tilted
-    views, where what lies beyond the border is invented.
-    """
-    parts: list[Features] = []
+) -> ObliqueFeatures:
+    """Features of all views that lie on the reference."""
+    parts: list[ObliqueFeatures] = []
     height, width = gray.shape
     for view in oblique_views(gray, config):
         features = extractor.extract(view.image)
-        if not len(features):
-            continue
-        A = view.view_from_reference[:, :2]
-        points = (features.points - view.view_from_reference[:, 2]) @ np.linalg.inv(A).T
+        reference_from_view = np.linalg.inv(view.view_from_reference[:, :2])
+        points = (features.points - view.view_from_reference[:, 2]) @ reference_from_view.T
         inside = np.all((points >= 0) & (points <= (width - 1, height - 1)), axis=1)
-        scales = features.scales / np.sqrt(abs(np.linalg.det(A)))
         parts.append(
-            Features(
-                points.astype(np.float32),
-                scales.astype(np.float32),
-                features.responses,
-                features.descriptors,
-            ).select(inside)
+            ObliqueFeatures(
+                points[inside].astype(np.float32),
+                (reference_from_view @ features.frames[inside]).astype(np.float32),
+                features.descriptors[inside],
+            )
         )
-    if not parts:
-        return extractor.extract(gray)
-    return Features(
+    return ObliqueFeatures(
         np.concatenate([p.points for p in parts]),
-        np.concatenate([p.scales for p in parts]),
-        np.concatenate([p.responses for p in parts]),
+        np.concatenate([p.frames for p in parts]),
         np.concatenate([p.descriptors for p in parts]),
     )
 

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 
 from planegrasp.features._opencv import check_gray, to_features
-from planegrasp.features.base import Features
 from planegrasp.features.budget import spread
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from planegrasp.features.base import Features
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,4 +65,4 @@ class SIFT:
             return features
         norm = np.maximum(features.descriptors.sum(axis=1, keepdims=True), 1e-9)
         root = np.sqrt(features.descriptors / norm, dtype=np.float32)
-        return Features(features.points, features.scales, features.responses, root)
+        return replace(features, descriptors=root)

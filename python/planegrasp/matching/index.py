@@ -23,11 +23,13 @@ class ReferenceSet:
 
     Attributes:
         points: M×2 float32, reference image in edge coordinates.
+        frames: M×2×2 float32, from each keypoint's own frame to the reference image.
         descriptors: M×D, of all oblique views.
         radius: two points of the face closer than this [reference px] count as the same place.
     """
 
     points: NDArray[np.float32]
+    frames: NDArray[np.float32]
     descriptors: NDArray[np.float32] | NDArray[np.uint8]
     radius: float
 
@@ -40,12 +42,15 @@ class Matches:
         query: n indices into the frame's features.
         reference_points: n×2 float64, reference image in edge coordinates.
         image_points: n×2 float64, frame in undistorted pixels.
+        affine: n×2×2 float64, how the keypoints' own frames say that the neighbourhood of the
+            reference point is mapped into the frame.
         ratio: n, distance over the distance of the nearest descriptor elsewhere; small is good.
     """
 
     query: NDArray[np.intp]
     reference_points: NDArray[np.float64]
     image_points: NDArray[np.float64]
+    affine: NDArray[np.float64]
     ratio: NDArray[np.float64]
 
     def __len__(self) -> int:
@@ -54,7 +59,11 @@ class Matches:
     def select(self, keep: NDArray[np.bool_] | NDArray[np.intp]) -> Matches:
         """The matches at a mask or at indices."""
         return Matches(
-            self.query[keep], self.reference_points[keep], self.image_points[keep], self.ratio[keep]
+            self.query[keep],
+            self.reference_points[keep],
+            self.image_points[keep],
+            self.affine[keep],
+            self.ratio[keep],
         )
 
 
@@ -65,16 +74,20 @@ class Candidates:
     Attributes:
         face: N×k index of the face, -1 = none.
         points: N×k×2 float32, reference image in edge coordinates.
+        reference_frames: N×k×2×2 float32, of the references' keypoints.
         distances: N×k float32, ascending.
         image_points: N×2 float64, frame in undistorted pixels.
+        image_frames: N×2×2 float64, of the frame's keypoints.
         ratio: N, nearest distance over the nearest elsewhere (on the face or on another one); 0
             where all k neighbours are at the same place.
     """
 
     face: NDArray[np.int32]
     points: NDArray[np.float32]
+    reference_frames: NDArray[np.float32]
     distances: NDArray[np.float32]
     image_points: NDArray[np.float64]
+    image_frames: NDArray[np.float64]
     ratio: NDArray[np.float64]
 
     def matches(self, face: int, max_ratio: float) -> Matches:
@@ -107,8 +120,10 @@ class Candidates:
         return Candidates(
             self.face[keep],
             self.points[keep],
+            self.reference_frames[keep],
             self.distances[keep],
             self.image_points[keep],
+            self.image_frames[keep],
             self.ratio[keep],
         )
 
@@ -117,6 +132,8 @@ class Candidates:
             query,
             self.points[query, neighbour].astype(np.float64),
             self.image_points[query],
+            self.image_frames[query]
+            @ np.linalg.inv(self.reference_frames[query, neighbour].astype(np.float64)),
             self.ratio[query],
         )
 
@@ -128,6 +145,7 @@ class ReferenceIndex:
         self._sizes = [len(f.points) for f in faces]
         self._face = np.repeat(np.arange(len(faces), dtype=np.int32), self._sizes)
         self._points = np.concatenate([f.points for f in faces])
+        self._frames = np.concatenate([f.frames for f in faces])
         self._radius = np.array([f.radius for f in faces], np.float32)
         self._search = make_matcher(matcher, np.concatenate([f.descriptors for f in faces]))
 
@@ -151,4 +169,6 @@ class ReferenceIndex:
         elsewhere = np.where(known & ~same_place, distances, np.inf).min(axis=1)
         ratio = distances[:, 0].astype(np.float64) / np.maximum(elsewhere, 1e-12)
         ratio[~known[:, 0]] = np.inf
-        return Candidates(face, points, distances, image_points, ratio)
+        return Candidates(
+            face, points, self._frames[indices], distances, image_points, features.frames, ratio
+        )

@@ -47,6 +47,8 @@ class BruteForce:
 
     def search(self, queries: Descriptors, k: int) -> Neighbours:
         """Find the k nearest of each query, see `NeighbourSearch.search`."""
+        if not len(queries):
+            return _pad(np.zeros((0, 0), np.int32), np.zeros((0, 0), np.float32), k)
         found = min(k, len(self._references))
         distances, indices = cv2.batchDistance(
             np.ascontiguousarray(queries),
@@ -68,13 +70,15 @@ class Flann:
         self._references = np.ascontiguousarray(references)
         self._checks = checks
         is_binary = references.dtype == np.uint8
-        # FLANN draws from OpenCV's global generator: with a fixed seed equal input gives equal trees.
+        # FLANN draws from OpenCV's global generator: fixed, equal input gives equal trees.
         cv2.setRNGSeed(0)
         distance = {"distType": 9} if is_binary else {}
         self._index = cv2.flann_Index(self._references, index, **distance)
 
     def search(self, queries: Descriptors, k: int) -> Neighbours:
         """Find about the k nearest of each query, see `NeighbourSearch.search`."""
+        if not len(queries):
+            return _pad(np.zeros((0, 0), np.int32), np.zeros((0, 0), np.float32), k)
         indices, distances = self._index.knnSearch(
             np.ascontiguousarray(queries), min(k, self._size), params={"checks": self._checks}
         )

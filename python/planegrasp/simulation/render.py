@@ -111,8 +111,9 @@ def render(
         (i for i, r in enumerate(rectangles) if r.faces_camera),
         key=lambda i: -float(rectangles[i].T_camera_rectangle.translation[2]),
     )
+    canvas = _Canvas(image, depth, owner)
     for index in far_to_near:
-        projected[index] = _paint(rectangles[index], camera, image, depth, owner, index)
+        projected[index] = _paint(rectangles[index], index, camera, canvas)
 
     noisy = image + rng.normal(0.0, color_noise, image.shape)
     sensor = depth_sensor or KinectV1()
@@ -130,14 +131,16 @@ def render(
     return Rendering(frame, depth, corners, visible)
 
 
-def _paint(
-    rectangle: Rectangle,
-    camera: PinholeCamera,
-    image: NDArray[np.float32],
-    depth: NDArray[np.float64],
-    owner: NDArray[np.int32],
-    index: int,
-) -> int:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Canvas:
+    """Colour, depth and the index of the rectangle that each pixel shows; painted in place."""
+
+    image: NDArray[np.float32]
+    depth: NDArray[np.float64]
+    owner: NDArray[np.int32]
+
+
+def _paint(rectangle: Rectangle, index: int, camera: PinholeCamera, canvas: _Canvas) -> int:
     """Paint one rectangle over what lies behind it; return how many pixels it projects to."""
     corners = camera.project(rectangle.corners)
     pixels = _polygon_area(corners)
@@ -151,7 +154,7 @@ def _paint(
     texture, samples = _level_of_detail(rectangle, corners)
     color, coverage = _sample(rectangle, texture, camera, (x0, y0, x1, y1), samples)
     region = np.s_[y0:y1, x0:x1]
-    image[region] = color + (1.0 - coverage[..., None]) * image[region]
+    canvas.image[region] = color + (1.0 - coverage[..., None]) * canvas.image[region]
 
     u, v = np.meshgrid(np.arange(x0, x1), np.arange(y0, y1))
     rays = camera.rays(np.column_stack([u.ravel(), v.ravel()]))
@@ -165,8 +168,8 @@ def _paint(
         & (np.abs(on_plane[:, 0]) <= rectangle.width / 2)
         & (np.abs(on_plane[:, 1]) <= rectangle.height / 2)
     ).reshape(u.shape)
-    depth[region] = np.where(hit, z.reshape(u.shape), depth[region])
-    owner[region] = np.where(hit, index, owner[region])
+    canvas.depth[region] = np.where(hit, z.reshape(u.shape), canvas.depth[region])
+    canvas.owner[region] = np.where(hit, index, canvas.owner[region])
     return round(pixels)
 
 
