@@ -13,7 +13,11 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     import cv2
+    from cv2.typing import MatLike
     from numpy.typing import NDArray
+
+# No detector finds anything in a smaller image [px], but AKAZE and ORB fail on one row of pixels.
+SMALLEST_SIDE = 8
 
 
 def check_gray(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -28,7 +32,7 @@ def check_gray(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 def to_features(
     keypoints: Sequence[cv2.KeyPoint],
-    descriptors: NDArray[np.float32] | NDArray[np.uint8] | None,
+    descriptors: MatLike | None,
     empty: NDArray[np.float32] | NDArray[np.uint8],
 ) -> Features:
     """`Features` of OpenCV's result; `empty` (0×D) stands for its None when nothing was found."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
-from planegrasp.features._opencv import check_gray, to_features
+from planegrasp.features._opencv import SMALLEST_SIDE, check_gray, to_features
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -43,12 +43,16 @@ class AKAZE:
 
     def extract(self, gray: NDArray[np.uint8]) -> Features:
         """Features of an H×W uint8 image; descriptors are N×61 uint8."""
+        image = check_gray(gray)
+        empty = np.zeros((0, 61), np.uint8)
+        if min(image.shape) < SMALLEST_SIDE:
+            return to_features((), None, empty)
         c = self.config
-        akaze = cv2.xfeatures2d.AKAZE_create(
+        akaze = cv2.xfeatures2d.AKAZE.create(
             threshold=c.threshold,
             nOctaves=c.octaves,
             nOctaveLayers=c.octave_layers,
             max_points=c.max_features,
         )
-        keypoints, descriptors = akaze.detectAndCompute(check_gray(gray), None)
-        return to_features(keypoints, descriptors, np.zeros((0, 61), np.uint8))
+        keypoints, descriptors = akaze.detectAndCompute(image, None)
+        return to_features(keypoints, descriptors, empty)

@@ -53,14 +53,14 @@ class BRISK:
     def extract(self, gray: NDArray[np.uint8]) -> Features:
         """Features of an H×W uint8 image; descriptors are N×64 uint8."""
         image = check_gray(gray)
-        brisk = cv2.xfeatures2d.BRISK_create()
+        brisk = cv2.xfeatures2d.BRISK.create()
         keypoints, descriptors = brisk.compute(image, self._corners(image))
         return to_features(keypoints, descriptors, np.zeros((0, 64), np.uint8))
 
     def _corners(self, image: NDArray[np.uint8]) -> list[cv2.KeyPoint]:
         """FAST corners over the pyramid, the strongest first."""
         c = self.config
-        fast = cv2.FastFeatureDetector_create(threshold=c.threshold)
+        fast = cv2.FastFeatureDetector.create(threshold=c.threshold)
         height, width = image.shape
         corners: list[cv2.KeyPoint] = []
         for level in range(c.levels):

@@ -133,7 +133,7 @@ def _view(gray: NDArray[np.uint8], tilt: float, angle: float, blur: float) -> Vi
         gray, rotation, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
     )
     sigma = blur * float(np.sqrt(tilt * tilt - 1.0))
-    smooth = cv2.GaussianBlur(turned, (2 * int(np.ceil(3 * sigma)) + 1, 1), sigma, 1.0)
+    smooth = cv2.GaussianBlur(turned, (2 * int(np.ceil(3 * sigma)) + 1, 1), sigma, sigmaY=1.0)
     squeeze = np.array([[1.0 / tilt, 0.0, 0.0], [0.0, 1.0, 0.0]])
     squeezed_width = max(1, int(np.ceil(size[0] / tilt)))
     image = cv2.warpAffine(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
-from planegrasp.features._opencv import check_gray, to_features
+from planegrasp.features._opencv import SMALLEST_SIDE, check_gray, to_features
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -43,16 +43,20 @@ class ORB:
 
     def extract(self, gray: NDArray[np.uint8]) -> Features:
         """Features of an H×W uint8 image; descriptors are N×32 uint8."""
+        image = check_gray(gray)
+        empty = np.zeros((0, 32), np.uint8)
+        if min(image.shape) < SMALLEST_SIDE:
+            return to_features((), None, empty)
         c = self.config
-        orb = cv2.ORB_create(
+        orb = cv2.ORB.create(
             nfeatures=c.max_features,
             scaleFactor=c.scale_factor,
             nlevels=c.levels,
             fastThreshold=c.fast_threshold,
         )
-        keypoints, descriptors = orb.detectAndCompute(check_gray(gray), None)
+        keypoints, descriptors = orb.detectAndCompute(image, None)
         for keypoint in keypoints:
             # OpenCV scales pixel indices up from the pyramid level; edges coincide, not centres.
             shift = 0.5 * (c.scale_factor**keypoint.octave - 1.0)
             keypoint.pt = (keypoint.pt[0] + shift, keypoint.pt[1] + shift)
-        return to_features(keypoints, descriptors, np.zeros((0, 32), np.uint8))
+        return to_features(keypoints, descriptors, empty)

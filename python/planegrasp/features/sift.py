@@ -50,7 +50,7 @@ class SIFT:
     def extract(self, gray: NDArray[np.uint8]) -> Features:
         """Features of an H×W uint8 image; descriptors are N×128 float32."""
         c = self.config
-        sift = cv2.SIFT_create(
+        sift = cv2.SIFT.create(
             nfeatures=0,
             nOctaveLayers=c.octave_layers,
             contrastThreshold=c.contrast_threshold,
