@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 if TYPE_CHECKING:
+    from cv2.typing import MatLike
     from numpy.typing import NDArray
 
 # Side of the compared image [px] and number of cells along it.
@@ -68,12 +69,9 @@ def agreement(
         (_SIDE, _SIDE),
         flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
         borderMode=cv2.BORDER_CONSTANT,
-    ).astype(np.float32)
-    # An oblique or distant view has lost detail; compare what both can show.
-    seen, expected = cv2.GaussianBlur(seen, (0, 0), 1.5), cv2.GaussianBlur(
-        reference.image, (0, 0), 1.5
     )
-    a, b = _cells(expected), _cells(seen)
+    # An oblique or distant view has lost detail; compare what both can show.
+    a, b = (_cells(cv2.GaussianBlur(i, (0, 0), 1.5)) for i in (reference.image, seen))
     a = a - a.mean(axis=1, keepdims=True)
     b = b - b.mean(axis=1, keepdims=True)
     textured = a.std(axis=1) >= _MIN_CONTRAST
@@ -84,8 +82,8 @@ def agreement(
     return float(np.mean(correlation[textured] >= _SEEN))
 
 
-def _cells(image: NDArray[np.float32]) -> NDArray[np.float32]:
+def _cells(image: MatLike) -> NDArray[np.float32]:
     """cells² × pixels of a cell."""
     n = _SIDE // _CELLS
-    blocks = image.reshape(_CELLS, n, _CELLS, n).transpose(0, 2, 1, 3)
+    blocks = image.astype(np.float32).reshape(_CELLS, n, _CELLS, n).transpose(0, 2, 1, 3)
     return blocks.reshape(_CELLS * _CELLS, n * n)

@@ -13,22 +13,24 @@ from planegrasp.detection import Detection, DetectionReport
 from planegrasp.errors import InvalidInputError, LibraryError, PoseError
 from planegrasp.features import make_extractor
 from planegrasp.features.oblique import FRONTAL, ObliqueConfig
-from planegrasp.grouping import group_faces, observe
+from planegrasp.grouping import group_faces, observe, predicted_homography
 from planegrasp.homography import HomographyConfig
 from planegrasp.library import ObjectLibrary
 from planegrasp.matching.index import ReferenceIndex
 from planegrasp.pose import make_pose_estimator
 from planegrasp.references import prepare_face
-from planegrasp.search import FaceSearch
+from planegrasp.search import FaceSearch, View
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
 
     from numpy.typing import NDArray
 
     from planegrasp.detection import FaceDetection
     from planegrasp.geometry import PinholeCamera
+    from planegrasp.grouping import Found
     from planegrasp.objects import ObjectModel
+    from planegrasp.pose.base import PoseEstimate
     from planegrasp.references import FaceReference
     from planegrasp.rgbd import RGBDFrame
 
@@ -111,40 +113,67 @@ class Detector:
         image_points = frame.camera.undistort(features.points)
         candidates = self._index.candidates(features, image_points, self.config.neighbours)
         watch.lap("match")
-        undistorted = _undistort(gray, frame.camera)
-        faces, reports = self._search.find(
-            candidates, undistorted, frame.camera, self.config.max_instances
-        )
+        view = View(candidates, _undistort(gray, frame.camera), frame.camera)
+        faces, reports = self._search.find(view, self.config.max_instances)
         watch.lap("homography")
-        detections = self._with_poses(faces, frame)
+        detections = self._with_poses(faces, view, frame)
         watch.lap("pose")
         return DetectionReport(tuple(detections), tuple(reports), watch.seconds)
 
     def _with_poses(
-        self, found: dict[int, list[FaceDetection]], frame: RGBDFrame
+        self, found: dict[int, list[FaceDetection]], view: View, frame: RGBDFrame
     ) -> list[Detection]:
         """Join the faces that one object shows in this frame, and estimate one pose for it."""
         detections: list[Detection] = []
         for faces in self._faces_by_object(found):
-            model = faces[0][0].object
+            name = faces[0][0].object.name
             instances = group_faces(faces, self._pose, frame)
             instances.sort(key=lambda group: -sum(f.inliers for _, f in group))
             for instance, group in enumerate(instances[: self.config.max_instances]):
-                ordered = sorted(group, key=lambda pair: -pair[1].inliers)
-                pose, failure = None, ""
-                try:
-                    pose = self._pose.estimate([observe(r, f) for r, f in ordered], frame)
-                except PoseError as error:
-                    failure = str(error)
-                shown = tuple(f for _, f in ordered)
-                score = 1.0 - float(np.prod([1.0 - f.score for f in shown]))
-                detections.append(Detection(model.name, instance, shown, score, pose, failure))
+                detections.append(self._with_pose(name, instance, group, view, frame))
         return sorted(detections, key=lambda d: -d.inliers)
 
-    def _faces_by_object(
-        self, found: dict[int, list[FaceDetection]]
-    ) -> Iterator[list[tuple[FaceReference, FaceDetection]]]:
-        by_object: dict[str, list[tuple[FaceReference, FaceDetection]]] = {}
+    def _with_pose(
+        self, name: str, instance: int, group: list[Found], view: View, frame: RGBDFrame
+    ) -> Detection:
+        """One detection from faces that belong together, and from others that they point to."""
+        pose, failure = self._estimate(group, frame)
+        if pose is not None and len(group) < len(group[0][0].object.faces):
+            others = self._other_faces(group, pose, view)
+            if others:
+                group = [*group, *others]
+                pose, failure = self._estimate(group, frame)
+        shown = tuple(f for _, f in sorted(group, key=lambda pair: -pair[1].inliers))
+        score = 1.0 - float(np.prod([1.0 - f.score for f in shown]))
+        return Detection(name, instance, shown, score, pose, failure)
+
+    def _estimate(
+        self, group: Sequence[Found], frame: RGBDFrame
+    ) -> tuple[PoseEstimate | None, str]:
+        """The pose of a group from its best supported face on, or why there is none."""
+        ordered = sorted(group, key=lambda pair: -pair[1].inliers)
+        try:
+            return self._pose.estimate([observe(r, f) for r, f in ordered], frame), ""
+        except PoseError as error:
+            return None, str(error)
+
+    def _other_faces(self, group: Sequence[Found], pose: PoseEstimate, view: View) -> list[Found]:
+        """Faces of the object that were not found by themselves, where its pose puts them."""
+        known = {f.name for _, f in group}
+        others: list[Found] = []
+        for index, reference in enumerate(self.references):
+            if reference.object is not group[0][0].object or reference.face.name in known:
+                continue
+            predicted = predicted_homography(reference, pose.T_camera_object, view.camera)
+            if predicted is None:
+                continue
+            detection = self._search.look_where(index, predicted, view)
+            if detection is not None:
+                others.append((reference, detection))
+        return others
+
+    def _faces_by_object(self, found: dict[int, list[FaceDetection]]) -> Iterator[list[Found]]:
+        by_object: dict[str, list[Found]] = {}
         for face, detections in found.items():
             reference = self.references[face]
             for detection in detections:

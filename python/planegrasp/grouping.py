@@ -13,7 +13,10 @@ from planegrasp.pose.base import FaceObservation
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
     from planegrasp.detection import FaceDetection
+    from planegrasp.geometry import PinholeCamera, RigidTransform
     from planegrasp.pose.base import PoseEstimator
     from planegrasp.references import FaceReference
     from planegrasp.rgbd import RGBDFrame
@@ -23,6 +26,8 @@ if TYPE_CHECKING:
 # Predicted and found corners of a face may differ by this share of the face's size in the image:
 # a pose from one face alone is not exact where the other face is.
 _TOLERANCE = 0.25
+# Faces seen more obliquely than about 80° are not looked for.
+_MIN_COSINE = 0.17
 
 
 def observe(reference: FaceReference, detection: FaceDetection) -> FaceObservation:
@@ -59,6 +64,21 @@ def group_faces(faces: Sequence[Found], pose: PoseEstimator, frame: RGBDFrame) -
         else:
             groups.append([(reference, detection)])
     return groups
+
+
+def predicted_homography(
+    reference: FaceReference, T_camera_object: RigidTransform, camera: PinholeCamera
+) -> NDArray[np.float64] | None:
+    """Where a pose puts a face: reference edges to undistorted pixels; None if it faces away."""
+    T_camera_face = T_camera_object * reference.face.T_object_face
+    translation, rotation = T_camera_face.as_components()
+    R = rotation.as_matrix()
+    cosine = -float(R[:, 2] @ translation) / float(np.linalg.norm(translation))
+    if cosine < _MIN_COSINE:
+        return None
+    plane = np.column_stack([R[:, 0], R[:, 1], translation])
+    matrix = camera.matrix @ plane @ reference.face.face_from_edge
+    return np.asarray(matrix / matrix[2, 2], dtype=np.float64)
 
 
 def _predicts(

@@ -252,7 +252,7 @@ def _normalise(matrix: Float64Array) -> Float64Array | None:
     """
     if not np.all(np.isfinite(matrix)) or abs(matrix[2, 2]) < 1e-12:
         return None
-    return matrix / matrix[2, 2]
+    return np.asarray(matrix / matrix[2, 2], dtype=np.float64)
 
 
 def _one_per_place(matches: Matches) -> Matches:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import cv2
@@ -16,6 +17,7 @@ from planegrasp.homography import (
     coverage,
     hypotheses,
     reference_corners,
+    refine,
 )
 
 if TYPE_CHECKING:
@@ -29,6 +31,21 @@ if TYPE_CHECKING:
     from planegrasp.references import FaceReference
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class View:
+    """What the search needs of one frame.
+
+    Attributes:
+        candidates: nearest references of the frame's features.
+        gray: H×W uint8, undistorted.
+        camera: of the frame.
+    """
+
+    candidates: Candidates
+    gray: NDArray[np.uint8]
+    camera: PinholeCamera
+
+
 class FaceSearch:
     """Turns the candidates of a frame into verified faces, and says why others are not there."""
 
@@ -38,17 +55,13 @@ class FaceSearch:
 
     def find(
         self,
-        candidates: Candidates,
-        gray: NDArray[np.uint8],
-        camera: PinholeCamera,
+        view: View,
         max_instances: int,
     ) -> tuple[dict[int, list[FaceDetection]], list[FaceReport]]:
         """Find every instance of every face.
 
         Args:
-            candidates: nearest references of the frame's features.
-            gray: H×W uint8 undistorted frame.
-            camera: of the frame.
+            view: the frame.
             max_instances: of one face.
 
         Returns:
@@ -57,27 +70,48 @@ class FaceSearch:
         found: dict[int, list[FaceDetection]] = {}
         reports: list[FaceReport] = []
         for face in range(len(self._references)):
-            remaining = candidates
+            remaining = view
             for instance in range(max_instances):
-                detection, report = self._attempt(face, instance, remaining, gray, camera)
+                detection, report = self._attempt(face, instance, remaining)
                 if instance == 0 or detection is not None:
                     reports.append(report)
                 if detection is None:
                     break
                 found.setdefault(face, []).append(detection)
-                remaining = remaining.without(_inside(detection, remaining, self._references[face]))
+                inside = _inside(detection, remaining.candidates, self._references[face])
+                remaining = replace(remaining, candidates=remaining.candidates.without(inside))
         return found, reports
+
+    def look_where(
+        self,
+        face: int,
+        predicted: NDArray[np.float64],
+        view: View,
+    ) -> FaceDetection | None:
+        """Verify one face where a homography (reference edges to undistorted pixels) predicts it.
+
+        The matches need not pass the ratio test: they must lie where another face of the object,
+        already found, says.
+        """
+        reference = self._references[face]
+        if check_outline(predicted, reference.size, view.camera, self._config):
+            return None
+        estimate = refine(predicted, view.candidates, face, self._config)
+        if estimate is None:
+            return None
+        figures: dict[str, float] = {}
+        if self._verify(reference, estimate, view, figures):
+            return None
+        return self._accept(reference, estimate, view.camera, figures)
 
     def _attempt(
         self,
         face: int,
         instance: int,
-        candidates: Candidates,
-        gray: NDArray[np.uint8],
-        camera: PinholeCamera,
+        view: View,
     ) -> tuple[FaceDetection | None, FaceReport]:
         """One attempt at one face: matches, homography, verification."""
-        reference, config = self._references[face], self._config
+        reference, config, candidates = self._references[face], self._config, view.candidates
         figures = {"features": float(len(candidates.image_points))}
 
         def report(stage: str, reason: str = "") -> FaceReport:
@@ -94,9 +128,9 @@ class FaceSearch:
             else report("matching", f"{matches} matches (at least {config.min_matches})")
         )
         for estimate in hypotheses(candidates, face, config):
-            reason = self._verify(reference, estimate, gray, camera, figures)
+            reason = self._verify(reference, estimate, view, figures)
             if not reason:
-                return self._accept(reference, estimate, camera, figures), report("found")
+                return self._accept(reference, estimate, view.camera, figures), report("found")
             refusal = report("verification", reason)
         return None, refusal
 
@@ -104,8 +138,7 @@ class FaceSearch:
         self,
         reference: FaceReference,
         estimate: HomographyEstimate,
-        gray: NDArray[np.uint8],
-        camera: PinholeCamera,
+        view: View,
         figures: dict[str, float],
     ) -> str:
         """Why the estimate cannot be a view of the face; "" where it can."""
@@ -114,10 +147,10 @@ class FaceSearch:
         figures["inliers"] = float(len(inliers))
         if len(inliers) < config.min_inliers:
             return f"{len(inliers)} inliers (at least {config.min_inliers})"
-        if reason := check_outline(matrix, reference.size, camera, config):
+        if reason := check_outline(matrix, reference.size, view.camera, config):
             return reason
         reason, figures["stretch"] = check_shape(
-            matrix, reference.face.face_from_edge, camera, config
+            matrix, reference.face.face_from_edge, view.camera, config
         )
         if reason:
             return reason
@@ -127,7 +160,7 @@ class FaceSearch:
                 f"inliers cover {figures['coverage']:.0%} of the face "
                 f"(at least {config.min_coverage:.0%})"
             )
-        figures["agreement"] = agreement(reference.appearance, gray, matrix)
+        figures["agreement"] = agreement(reference.appearance, view.gray, matrix)
         if figures["agreement"] < config.min_agreement:
             return (
                 f"{figures['agreement']:.0%} of the face looks like its reference "

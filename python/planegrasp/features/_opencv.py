@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     import cv2
     from cv2.typing import MatLike
     from numpy.typing import NDArray
+
+    Descriptors = NDArray[np.float32] | NDArray[np.uint8]
 
 # No detector finds anything in a smaller image [px], but AKAZE and ORB fail on one row of pixels.
 SMALLEST_SIDE = 8
@@ -33,7 +35,7 @@ def check_gray(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
 def to_features(
     keypoints: Sequence[cv2.KeyPoint],
     descriptors: MatLike | None,
-    empty: NDArray[np.float32] | NDArray[np.uint8],
+    empty: Descriptors,
 ) -> Features:
     """`Features` of OpenCV's result; `empty` (0×D) stands for its None when nothing was found."""
     if descriptors is None or not len(keypoints):
@@ -42,4 +44,5 @@ def to_features(
     rows = [(*k.pt, k.size, np.radians(k.angle), k.response) for k in keypoints]
     table = np.array(rows, dtype=np.float32)
     points, scales, angles, responses = np.split(table, (2, 3, 4), axis=1)
-    return Features(points.copy(), scales.ravel(), angles.ravel(), responses.ravel(), descriptors)
+    described = cast("Descriptors", np.asarray(descriptors, dtype=empty.dtype))
+    return Features(points.copy(), scales.ravel(), angles.ravel(), responses.ravel(), described)

@@ -10,7 +10,7 @@ import numpy as np
 from planegrasp.errors import InvalidInputError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from numpy.typing import NDArray
 
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 _FLANN_KDTREE = 1
 _FLANN_KMEANS = 2
 _FLANN_LSH = 6
+_FLANN_L2 = 1
+_FLANN_HAMMING = 9
 
 
 class NeighbourSearch(Protocol):
@@ -40,7 +42,7 @@ class BruteForce:
     """Exact search: L2 for float descriptors, Hamming for bit strings."""
 
     def __init__(self, references: Descriptors) -> None:
-        self._references = np.ascontiguousarray(references)
+        self._references = _contiguous(references)
         is_binary = references.dtype == np.uint8
         self._norm = cv2.NORM_HAMMING if is_binary else cv2.NORM_L2
         self._distance_type = cv2.CV_32S if is_binary else cv2.CV_32F
@@ -51,7 +53,7 @@ class BruteForce:
             return _pad(np.zeros((0, 0), np.int32), np.zeros((0, 0), np.float32), k)
         found = min(k, len(self._references))
         distances, indices = cv2.batchDistance(
-            np.ascontiguousarray(queries),
+            _contiguous(queries),
             self._references,
             dtype=self._distance_type,
             normType=self._norm,
@@ -64,28 +66,28 @@ class Flann:
     """Approximate search by OpenCV's FLANN (Muja & Lowe, PAMI 2014)."""
 
     def __init__(
-        self, references: Descriptors, index: dict[str, int | float | bool], checks: int
+        self, references: Descriptors, index: Mapping[str, int | float | bool], checks: int
     ) -> None:
         self._size = len(references)
-        self._references = np.ascontiguousarray(references)
+        self._references = _contiguous(references)
         self._checks = checks
         is_binary = references.dtype == np.uint8
         # FLANN draws from OpenCV's global generator: fixed, equal input gives equal trees.
         cv2.setRNGSeed(0)
-        distance = {"distType": 9} if is_binary else {}
-        self._index = cv2.flann_Index(self._references, index, **distance)
+        distance = _FLANN_HAMMING if is_binary else _FLANN_L2
+        self._index = cv2.flann.Index(self._references, dict(index), distance)
 
     def search(self, queries: Descriptors, k: int) -> Neighbours:
         """Find about the k nearest of each query, see `NeighbourSearch.search`."""
         if not len(queries):
             return _pad(np.zeros((0, 0), np.int32), np.zeros((0, 0), np.float32), k)
         indices, distances = self._index.knnSearch(
-            np.ascontiguousarray(queries), min(k, self._size), params={"checks": self._checks}
+            _contiguous(queries), min(k, self._size), params={"checks": self._checks}
         )
-        distances = np.asarray(distances)
+        found = np.asarray(distances, dtype=np.float32)
         if self._references.dtype != np.uint8:
-            distances = np.sqrt(distances)
-        return _pad(np.asarray(indices), distances, k)
+            found = np.sqrt(found)
+        return _pad(np.asarray(indices), found, k)
 
 
 def flann_kdtree(references: Descriptors, trees: int = 4, checks: int = 64) -> NeighbourSearch:
@@ -143,6 +145,11 @@ def _require(references: Descriptors, *, binary: bool, name: str) -> None:
             f"matcher {name!r} searches {kind}, this extractor gives {other}: use brute-force"
             f" or {'flann-kdtree' if binary else 'flann-lsh'}"
         )
+
+
+def _contiguous(descriptors: Descriptors) -> Descriptors:
+    """OpenCV takes C-contiguous arrays only."""
+    return descriptors if descriptors.flags.c_contiguous else descriptors.copy()
 
 
 def _pad(indices: NDArray[np.int32], distances: NDArray[np.float32], k: int) -> Neighbours:
