@@ -67,6 +67,7 @@ class PnPSettings:
         *,
         pixel_sigma: float | None,
         pixel_sigma_floor: float,
+        size_sigma: float,
         ambiguity_odds: float,
     ) -> PnPSettings: ...
     @staticmethod
@@ -81,6 +82,7 @@ class FusedSettings:
         *,
         pixel_sigma: float | None,
         pixel_sigma_floor: float,
+        size_sigma: float,
         ambiguity_odds: float,
         depth_sigma: float | None,
         depth_sigma_floor: float,

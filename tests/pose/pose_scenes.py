@@ -148,6 +148,18 @@ def errors(estimated: RigidTransform, true: RigidTransform) -> tuple[float, floa
     return float(angle), float(1000 * np.linalg.norm(estimated.translation - true.translation))
 
 
+def taught_too_small(face: FaceObservation, error: float) -> FaceObservation:
+    """The face as seen by someone who taught it 1 / (1 + error) of its true size."""
+    scale = 1.0 + error
+    return replace(
+        face,
+        width=face.width / scale,
+        height=face.height / scale,
+        face_points=face.face_points / scale,
+        homography=face.homography @ np.diag([scale, scale, 1.0]),
+    )
+
+
 def cover_of(
     T_camera_face: RigidTransform, share: float, nearer: float, size: float = 0.2
 ) -> Rectangle:

@@ -107,6 +107,7 @@ def test_arrays_that_cannot_be_worked_with(name, change, message):
     [
         ({"pixel_sigma": 0.0}, "pixel_sigma must be > 0"),
         ({"pixel_sigma_floor": -1.0}, "pixel_sigma_floor must be > 0 px and finite, got -1"),
+        ({"size_sigma": -0.01}, "size_sigma must be ≥ 0 and < 1, got -0.01"),
         ({"ambiguity_odds": 2.0}, "ambiguity_odds must be between 0 and 1, got 2"),
         ({"depth_sigma": float("nan")}, "sigma must be > 0"),
         ({"depth_sigma_floor": 0.0}, "sigma_floor must be > 0"),

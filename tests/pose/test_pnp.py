@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pose_scenes import CAMERA, Scene, errors, medians, tilted
+from pose_scenes import CAMERA, Scene, errors, medians, taught_too_small, tilted
 
 from planegrasp import _core
 from planegrasp.geometry import PinholeCamera, RigidTransform, Rotation
@@ -133,7 +133,9 @@ def test_the_covariance_says_how_large_the_errors_are():
     for seed in range(200):
         T = tilted(30, 40 * seed, 70 * seed)
         scene = Scene(T, seed=seed, points=80)
-        estimate = ESTIMATOR.estimate(scene.observations(), scene.frame_without_depth())
+        size_error = scene.rng.normal(0, ESTIMATOR.config.size_sigma)
+        faces = [taught_too_small(face, size_error) for face in scene.observations()]
+        estimate = ESTIMATOR.estimate(faces, scene.frame_without_depth())
         error = estimate.T_camera_object.inv() * T
         local = np.concatenate([error.translation, error.rotation.as_rotvec()])
         squared.append(local @ np.linalg.solve(estimate.covariance, local))
@@ -148,7 +150,7 @@ class TestSettings:
         faces, frame = scene.observations(), scene.frame_without_depth()
         narrow = PnPEstimator(PnPConfig(pixel_sigma=0.5)).estimate(faces, frame)
         wide = PnPEstimator(PnPConfig(pixel_sigma=5.0)).estimate(faces, frame)
-        ratio = np.trace(wide.covariance) / np.trace(narrow.covariance)
+        ratio = wide.covariance[3, 3] / narrow.covariance[3, 3]
         assert 50 < ratio < 100  # 100 for a quadratic loss; Cauchy's flattens at 0.5 px
 
     def test_the_floor_bounds_the_covariance_of_noise_free_points(self):
@@ -156,7 +158,19 @@ class TestSettings:
         faces, frame = scene.observations(), scene.frame_without_depth()
         low = PnPEstimator(PnPConfig(pixel_sigma_floor=0.01)).estimate(faces, frame)
         high = PnPEstimator(PnPConfig(pixel_sigma_floor=0.1)).estimate(faces, frame)
-        assert np.trace(high.covariance) / np.trace(low.covariance) == pytest.approx(100, rel=1e-3)
+        ratio = high.covariance[3, 3] / low.covariance[3, 3]
+        assert ratio == pytest.approx(100, rel=1e-3)
+
+    def test_the_uncertain_size_makes_the_distance_uncertain(self):
+        T = tilted(0, distance=0.7)
+        scene = Scene(T)
+        faces, frame = scene.observations(), scene.frame_without_depth()
+        deviations = []
+        for size_sigma in (0.0, 0.02):
+            estimator = PnPEstimator(PnPConfig(size_sigma=size_sigma))
+            deviations.append(np.sqrt(estimator.estimate(faces, frame).covariance[2, 2]))
+        assert deviations[0] < 0.001
+        assert deviations[1] == pytest.approx(0.014, rel=0.1)
 
     def test_the_odds_decide_what_is_ambiguous(self):
         scene = Scene(tilted(14, 50), width=0.06, height=0.06, points=60, seed=2)

@@ -23,6 +23,8 @@ class PnPConfig:
         pixel_sigma: standard deviation of an image point along one axis [px]; None estimates it
             from the residuals.
         pixel_sigma_floor: the estimate does not go below this [px].
+        size_sigma: standard deviation of the relative error of the taught size (1 % = 0.01);
+            0 = exact.
         ambiguity_odds: the pose is ambiguous when the other planar solution is at least this
             probable, relative to the best one (0 … 1).
 
@@ -32,6 +34,7 @@ class PnPConfig:
 
     pixel_sigma: float | None = None
     pixel_sigma_floor: float = 0.1
+    size_sigma: float = 0.015
     ambiguity_odds: float = 0.01
 
     def __post_init__(self) -> None:

@@ -1,11 +1,10 @@
 //! Refined poses that compete, and the verdict between them.
 
-use nalgebra::Matrix6;
-
 use crate::error::PoseError;
 use crate::estimate::PoseEstimate;
 use crate::lm::{Minimum, Precision, minimize};
 use crate::pose_problem::{PARAMETERS, PoseProblem, PoseState};
+use crate::scale::ScalePrior;
 
 /// Minima whose rotations differ by less than this are the same one [rad] (0.3°): the two planar
 /// solutions of a real ambiguity lie degrees apart, and below this nobody needs to choose.
@@ -37,13 +36,14 @@ pub fn refine_all(
     distinct
 }
 
-/// The pose of the cheapest minimum, with the next one as its alternative.
+/// The pose of the cheapest minimum in metres, with the next one as its alternative.
 ///
 /// Costs are squared residuals in sigmas, so exp(-Δ/2) is how probable the second minimum is
 /// relative to the first; from `ambiguity_odds` on the estimate is ambiguous.
 pub fn summarise(
     problem: &PoseProblem,
     minima: &[PoseMinimum],
+    scale: &ScalePrior,
     ambiguity_odds: f64,
 ) -> Result<PoseEstimate, PoseError> {
     let best = minima.first().ok_or(PoseError::Undetermined)?;
@@ -53,23 +53,23 @@ pub fn summarise(
         .cholesky()
         .ok_or(PoseError::Undetermined)?
         .inverse();
-    let covariance: Matrix6<f64> = inverse.fixed_view::<6, 6>(0, 0).into_owned();
+    let covariance = scale.metric_covariance(&best.state, &inverse);
     if !covariance.iter().all(|value| value.is_finite()) {
         return Err(PoseError::Undetermined);
     }
     let second = minima.get(1);
     let odds = second.map_or(0.0, |m| (-0.5 * (m.normal.cost - best.normal.cost)).exp());
-    let T = best.state.T_camera_object;
+    let T = &best.state.T_camera_object;
     let squared: f64 = problem
         .points
         .iter()
-        .map(|p| problem.squared_error(&T, p))
+        .map(|p| problem.squared_error(T, p))
         .sum();
     Ok(PoseEstimate {
-        T_camera_object: T,
-        covariance: Some((covariance + covariance.transpose()) * 0.5),
+        T_camera_object: scale.metric_pose(&best.state),
+        covariance: Some(covariance),
         ambiguous: odds >= ambiguity_odds,
-        alternative: second.map(|m| m.state.T_camera_object),
+        alternative: second.map(|m| scale.metric_pose(&m.state)),
         reprojection_rms: (squared / problem.points.len().max(1) as f64).sqrt(),
         depth_pixels: problem.planes.iter().map(|plane| plane.pixels).sum(),
     })

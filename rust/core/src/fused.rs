@@ -19,6 +19,7 @@ use crate::estimate::PoseEstimate;
 use crate::face::Face;
 use crate::pnp::{self, PlanarSolutions, PnPConfig};
 use crate::pose_problem::{PlaneObservation, PoseProblem, PoseState};
+use crate::scale::ScalePrior;
 
 /// A plane contradicts the image when agreeing with it raises the reprojection cost by this many
 /// squared sigmas (seven sigmas in one direction) …
@@ -46,8 +47,12 @@ pub fn estimate(
     let odds = config.pnp.ambiguity_odds;
     let planar = pnp::solve(faces, camera, &config.pnp)?;
     let poses = rival_poses(&planar);
-    let mut problem = planar.problem;
-    problem.bias_sigma = config.depth.bias_sigma;
+    let mut problem = planar.problem.clone();
+    let scale = ScalePrior {
+        size_sigma: config.pnp.size_sigma,
+        bias_sigma: config.depth.bias_sigma,
+    };
+    problem.disagreement_sigma = scale.disagreement_sigma();
     if let Some(depth) = depth {
         let observe = |face| depth_plane::observe(face, &poses, camera, depth, &config.depth);
         problem.planes = faces.iter().filter_map(observe).collect();
@@ -56,12 +61,12 @@ pub fn estimate(
         let minima = refine_all(&problem, starts(&problem, &poses));
         match minima.first() {
             Some(best) if !contradicts(&problem, best, &poses) => {
-                return summarise(&problem, &minima, odds);
+                return summarise(&problem, &minima, &scale, odds);
             }
             best => drop_worst_plane(&mut problem, best),
         }
     }
-    summarise(&problem, &planar.minima, odds)
+    pnp::summarise_solutions(&planar, &config.pnp)
 }
 
 /// The planar solutions that depth could still prefer without contradicting the image.

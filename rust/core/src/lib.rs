@@ -36,6 +36,7 @@ pub mod quadrilateral;
 pub mod random;
 pub mod rigid;
 pub mod robust;
+pub mod scale;
 #[cfg(test)]
 mod synthetic;
 pub mod three_point;

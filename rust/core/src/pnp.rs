@@ -11,6 +11,7 @@ use crate::ippe;
 use crate::lm::{Precision, minimize};
 use crate::pose_problem::{ObjectPoint, PoseProblem, PoseState};
 use crate::robust::median;
+use crate::scale::ScalePrior;
 
 /// Settings of [`estimate`].
 #[derive(Debug, Clone, PartialEq)]
@@ -20,6 +21,8 @@ pub struct PnPConfig {
     pub pixel_sigma: Option<f64>,
     /// The estimate does not go below this [px].
     pub pixel_sigma_floor: f64,
+    /// Standard deviation of the relative error of the taught size (1 % = 0.01); 0 = exact.
+    pub size_sigma: f64,
     /// The pose is ambiguous when the other solution is at least this probable, relative to the
     /// best one.
     pub ambiguity_odds: f64,
@@ -30,6 +33,7 @@ impl Default for PnPConfig {
         Self {
             pixel_sigma: None,
             pixel_sigma_floor: 0.1,
+            size_sigma: 0.015,
             ambiguity_odds: 0.01,
         }
     }
@@ -45,6 +49,14 @@ impl PnPConfig {
         };
         positive("pixel_sigma", self.pixel_sigma.unwrap_or(1.0))?;
         positive("pixel_sigma_floor", self.pixel_sigma_floor)?;
+        if !(self.size_sigma >= 0.0 && self.size_sigma < 1.0) {
+            let (name, value) = ("size_sigma", self.size_sigma);
+            return Err(InputError::OutOfRange {
+                name,
+                value,
+                valid: "≥ 0 and < 1",
+            });
+        }
         if !(self.ambiguity_odds > 0.0 && self.ambiguity_odds < 1.0) {
             let (name, value) = ("ambiguity_odds", self.ambiguity_odds);
             return Err(InputError::OutOfRange {
@@ -63,8 +75,25 @@ pub fn estimate(
     camera: &Camera,
     config: &PnPConfig,
 ) -> Result<PoseEstimate, PoseError> {
-    let solutions = solve(faces, camera, config)?;
-    summarise(&solutions.problem, &solutions.minima, config.ambiguity_odds)
+    summarise_solutions(&solve(faces, camera, config)?, config)
+}
+
+/// The estimate that solutions without depth give.
+pub fn summarise_solutions(
+    solutions: &PlanarSolutions,
+    config: &PnPConfig,
+) -> Result<PoseEstimate, PoseError> {
+    // Without depth its bias matters to nothing, but the prior of a problem needs one.
+    let scale = ScalePrior {
+        size_sigma: config.size_sigma,
+        bias_sigma: 1.0,
+    };
+    summarise(
+        &solutions.problem,
+        &solutions.minima,
+        &scale,
+        config.ambiguity_odds,
+    )
 }
 
 /// The problem with its noise, and its one or two minima, best first.

@@ -1,8 +1,10 @@
 //! The cost of a pose: reprojection of correspondences and agreement with measured planes.
 //!
-//! Seven parameters: the pose, perturbed in the object's frame (translation, rotation vector), and
-//! one nuisance, the common relative bias s of the depth camera, z_measured = (1 + s)·z, with a
-//! Gaussian prior. Without planes the bias touches only its prior, and this is plain PnP.
+//! Seven parameters: the pose in units of the taught size, perturbed in the object's frame
+//! (translation, rotation vector), and one nuisance with a Gaussian prior: the relative disagreement
+//! s between the depth camera's scale and that of the taught size, z_measured = (1 + s)·z. Without
+//! planes it touches only its prior, and this is plain PnP. Who is how far to blame for s, and so
+//! what the distance in metres is, is decided afterwards (`scale`): the evidence cannot tell.
 //!
 //! A plane n·p = d in the camera frame has the inverse depth q·m at the ray m = (x, y, 1), with
 //! q = n / d. That is linear in q, so all depth pixels of a face sum up exactly in a measured q and
@@ -15,7 +17,7 @@ use crate::lm::{LeastSquares, Normal};
 use crate::rigid::{perturbed, skew};
 use crate::robust::cauchy;
 
-/// Pose (6) and depth bias (1).
+/// Pose (6) and scale disagreement (1).
 pub const PARAMETERS: usize = 7;
 
 /// A correspondence in the object's frame.
@@ -45,18 +47,18 @@ pub struct PlaneObservation {
 /// Pose and nuisance.
 #[derive(Debug, Clone)]
 pub struct PoseState {
-    /// Pose of the object in the camera frame.
+    /// Pose of the object in the camera frame, were the taught size exact.
     pub T_camera_object: Isometry3<f64>,
-    /// Relative bias of the depth camera, z_measured = (1 + s)·z.
-    pub depth_bias: f64,
+    /// Disagreement of depth with the taught size, z_measured = (1 + s)·z.
+    pub disagreement: f64,
 }
 
 impl PoseState {
-    /// A pose with unbiased depth.
+    /// A pose with which depth agrees.
     pub fn new(T_camera_object: Isometry3<f64>) -> Self {
         Self {
             T_camera_object,
-            depth_bias: 0.0,
+            disagreement: 0.0,
         }
     }
 }
@@ -72,8 +74,8 @@ pub struct PoseProblem {
     pub planes: Vec<PlaneObservation>,
     /// Standard deviation of an image point along one axis [px].
     pub pixel_sigma: f64,
-    /// Standard deviation of the prior of the depth bias (relative).
-    pub bias_sigma: f64,
+    /// Standard deviation of the prior of the disagreement.
+    pub disagreement_sigma: f64,
 }
 
 impl PoseProblem {
@@ -85,7 +87,7 @@ impl PoseProblem {
             points,
             planes: Vec::new(),
             pixel_sigma,
-            bias_sigma: 1.0,
+            disagreement_sigma: 1.0,
         }
     }
 
@@ -115,7 +117,7 @@ impl PoseProblem {
 
     /// Squared Mahalanobis distance of a plane from a state, three degrees of freedom.
     pub fn plane_cost(&self, state: &PoseState, plane: &PlaneObservation) -> f64 {
-        let error = biased_inverse_plane(state, plane) - plane.inverse_plane;
+        let error = measured_inverse_plane(state, plane) - plane.inverse_plane;
         if !error.x.is_finite() {
             return f64::INFINITY;
         }
@@ -123,7 +125,7 @@ impl PoseProblem {
     }
 
     fn prior_cost(&self, state: &PoseState) -> f64 {
-        (state.depth_bias / self.bias_sigma).powi(2)
+        (state.disagreement / self.disagreement_sigma).powi(2)
     }
 
     fn to_pixel(&self, p: &Vector3<f64>) -> Vector2<f64> {
@@ -180,16 +182,16 @@ impl PoseProblem {
     fn add_planes(&self, state: &PoseState, normal: &mut Normal<PARAMETERS>) {
         for plane in &self.planes {
             normal.cost += self.plane_cost(state, plane);
-            let error = biased_inverse_plane(state, plane) - plane.inverse_plane;
+            let error = measured_inverse_plane(state, plane) - plane.inverse_plane;
             let jacobian = inverse_plane_jacobian(state, plane);
             let weighted = jacobian.transpose() * plane.information;
             normal.hessian += weighted * jacobian;
             normal.gradient += weighted * error;
         }
-        let information = self.bias_sigma.powi(-2);
+        let information = self.disagreement_sigma.powi(-2);
         normal.cost += self.prior_cost(state);
         normal.hessian[(6, 6)] += information;
-        normal.gradient[6] += information * state.depth_bias;
+        normal.gradient[6] += information * state.disagreement;
     }
 }
 
@@ -220,7 +222,7 @@ impl LeastSquares<PARAMETERS> for PoseProblem {
         let delta: Vector6<f64> = step.fixed_rows::<6>(0).into_owned();
         PoseState {
             T_camera_object: perturbed(&state.T_camera_object, &delta),
-            depth_bias: state.depth_bias + step[6],
+            disagreement: state.disagreement + step[6],
         }
     }
 }
@@ -236,11 +238,11 @@ pub fn inverse_plane(
     n / n.dot(&p)
 }
 
-fn biased_inverse_plane(state: &PoseState, plane: &PlaneObservation) -> Vector3<f64> {
-    inverse_plane(&state.T_camera_object, &plane.normal, &plane.point) / (1.0 + state.depth_bias)
+fn measured_inverse_plane(state: &PoseState, plane: &PlaneObservation) -> Vector3<f64> {
+    inverse_plane(&state.T_camera_object, &plane.normal, &plane.point) / (1.0 + state.disagreement)
 }
 
-/// Derivative of the biased q with respect to the local step (pose, bias).
+/// Derivative of the q that depth shows with respect to the local step (pose, disagreement).
 fn inverse_plane_jacobian(
     state: &PoseState,
     plane: &PlaneObservation,
@@ -250,7 +252,7 @@ fn inverse_plane_jacobian(
     let t_object = R.transpose() * T.translation.vector;
     let n = R * plane.normal;
     let d = plane.normal.dot(&(plane.point + t_object));
-    let scale = 1.0 / (1.0 + state.depth_bias);
+    let scale = 1.0 / (1.0 + state.disagreement);
     // δn = R (ω × n_o), δd = n_o·ρ + (n_o × Rᵀt)·ω, δq = δn / d - n δd / d².
     let d_rho = plane.normal.transpose();
     let d_omega = plane.normal.cross(&t_object).transpose();
@@ -283,7 +285,7 @@ mod tests {
         let T_camera_object = Isometry3::new(Vector3::new(0.05, -0.1, 0.7), rotation);
         PoseState {
             T_camera_object,
-            depth_bias: 0.02,
+            disagreement: 0.02,
         }
     }
 
@@ -325,7 +327,7 @@ mod tests {
     fn the_plane_jacobian_is_the_derivative() {
         let plane = plane();
         assert_jacobian(
-            |step| biased_inverse_plane(&moved(step), &plane).into(),
+            |step| measured_inverse_plane(&moved(step), &plane).into(),
             &[0.0; PARAMETERS],
             inverse_plane_jacobian(&state(), &plane),
         );
@@ -334,7 +336,7 @@ mod tests {
     #[test]
     fn the_gradient_is_half_the_derivative_of_the_cost() {
         let mut problem = problem();
-        problem.bias_sigma = 0.01;
+        problem.disagreement_sigma = 0.01;
         problem.planes.push(plane());
         problem.points.push(ObjectPoint {
             object: Vector3::new(0.08, -0.06, 0.0),

@@ -24,7 +24,7 @@ pub struct FusedSettings {
 impl FusedSettings {
     #[new]
     #[pyo3(signature = (
-        *, pixel_sigma, pixel_sigma_floor, ambiguity_odds, depth_sigma, depth_sigma_floor,
+        *, pixel_sigma, pixel_sigma_floor, size_sigma, ambiguity_odds, depth_sigma, depth_sigma_floor,
         depth_bias_sigma, correlation_area, depth_gate, erosion, max_depth_pixels,
         min_depth_pixels, max_view_angle
     ))]
@@ -32,6 +32,7 @@ impl FusedSettings {
     fn new(
         pixel_sigma: Option<f64>,
         pixel_sigma_floor: f64,
+        size_sigma: f64,
         ambiguity_odds: f64,
         depth_sigma: Option<f64>,
         depth_sigma_floor: f64,
@@ -46,6 +47,7 @@ impl FusedSettings {
         let pnp = PnPConfig {
             pixel_sigma,
             pixel_sigma_floor,
+            size_sigma,
             ambiguity_odds,
         };
         let depth = DepthConfig {

@@ -21,15 +21,17 @@ pub struct PnPSettings {
 #[pymethods]
 impl PnPSettings {
     #[new]
-    #[pyo3(signature = (*, pixel_sigma, pixel_sigma_floor, ambiguity_odds))]
+    #[pyo3(signature = (*, pixel_sigma, pixel_sigma_floor, size_sigma, ambiguity_odds))]
     fn new(
         pixel_sigma: Option<f64>,
         pixel_sigma_floor: f64,
+        size_sigma: f64,
         ambiguity_odds: f64,
     ) -> PyResult<Self> {
         let core = PnPConfig {
             pixel_sigma,
             pixel_sigma_floor,
+            size_sigma,
             ambiguity_odds,
         };
         core.check().map_err(from_input_error)?;
@@ -48,6 +50,7 @@ impl PnPSettings {
 pub fn insert_settings(dict: &Bound<'_, PyDict>, config: &PnPConfig) -> PyResult<()> {
     dict.set_item("pixel_sigma", config.pixel_sigma)?;
     dict.set_item("pixel_sigma_floor", config.pixel_sigma_floor)?;
+    dict.set_item("size_sigma", config.size_sigma)?;
     dict.set_item("ambiguity_odds", config.ambiguity_odds)
 }
 
