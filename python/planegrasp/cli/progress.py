@@ -1,0 +1,48 @@
+"""A progress bar that counts frames."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+
+@contextmanager
+def frame_progress(what: str, frames: int) -> Iterator[Callable[[], None]]:
+    """A bar on standard error, where that is a terminal, which is gone at the end.
+
+    Args:
+        what: is being done.
+        frames: how many there are.
+
+    Yields:
+        A function to call after every frame.
+    """
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    messages = Console(stderr=True, highlight=False)
+    with Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("frames,"),
+        TimeElapsedColumn(),
+        TextColumn("gone,"),
+        TimeRemainingColumn(),
+        TextColumn("to go"),
+        console=messages,
+        disable=not messages.is_terminal,
+        transient=True,
+    ) as progress:
+        task = progress.add_task(what, total=frames)
+        yield lambda: progress.advance(task)
