@@ -55,8 +55,14 @@ class ORB:
             fastThreshold=c.fast_threshold,
         )
         keypoints, descriptors = orb.detectAndCompute(image, None)
+        height, width = image.shape
         for keypoint in keypoints:
-            # OpenCV scales pixel indices up from the pyramid level; edges coincide, not centres.
-            shift = 0.5 * (c.scale_factor**keypoint.octave - 1.0)
-            keypoint.pt = (keypoint.pt[0] + shift, keypoint.pt[1] + shift)
+            # OpenCV scales pixel indices up by the level's nominal scale; what coincides are the
+            # images' edges, not their pixel centres, and a level has a whole number of pixels.
+            scale = c.scale_factor**keypoint.octave
+            x, y = keypoint.pt[0] / scale + 0.5, keypoint.pt[1] / scale + 0.5
+            keypoint.pt = (
+                x * width / round(width / scale) - 0.5,
+                y * height / round(height / scale) - 0.5,
+            )
         return to_features(keypoints, descriptors, empty)
