@@ -10,7 +10,7 @@ use crate::error::InputError;
 use crate::face::Face;
 use crate::plane::{FittedPlane, Noise, fit};
 use crate::plane_consensus::least_median;
-use crate::pose_problem::{PlaneObservation, inverse_plane};
+use crate::plane_observation::{PlaneObservation, inverse_plane};
 use crate::quadrilateral::Quadrilateral;
 
 /// Seed of the consensus: the same frame always gives the same plane.

@@ -42,7 +42,7 @@ pub struct RegionRule<'a> {
     pub outline: &'a Quadrilateral,
     /// Distance kept from the outline [px].
     pub erosion: f64,
-    /// Predicted planes (q, see `pose_problem`); a pixel must lie near one of them.
+    /// Predicted planes (q, see `plane_observation`); a pixel must lie near one of them.
     pub predictions: &'a [Vector3<f64>],
     /// Largest deviation from a prediction, as a share of the inverse depth.
     pub gate: f64,
@@ -207,7 +207,7 @@ impl VouchedCells {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::pose_problem::inverse_plane;
+    use crate::plane_observation::inverse_plane;
     use crate::synthetic::{Scene, grid};
 
     fn collected(scene: &Scene, depth: &[f32], max_pixels: usize) -> Region {

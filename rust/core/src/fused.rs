@@ -17,8 +17,9 @@ use crate::depth_plane::{self, DepthConfig};
 use crate::error::PoseError;
 use crate::estimate::PoseEstimate;
 use crate::face::Face;
+use crate::plane_observation::PlaneObservation;
 use crate::pnp::{self, PlanarSolutions, PnPConfig};
-use crate::pose_problem::{PlaneObservation, PoseProblem, PoseState};
+use crate::pose_problem::{PoseProblem, PoseState};
 use crate::scale::ScalePrior;
 
 /// A plane contradicts the image when agreeing with it raises the reprojection cost by this many
@@ -119,7 +120,7 @@ fn contradiction(problem: &PoseProblem) -> f64 {
 
 fn drop_worst_plane(problem: &mut PoseProblem, best: Option<&PoseMinimum>) {
     let cost = |plane: &PlaneObservation| {
-        best.map_or(0.0, |minimum| problem.plane_cost(&minimum.state, plane))
+        best.map_or(0.0, |minimum| plane.squared_distance(&minimum.state))
     };
     let costs = problem.planes.iter().map(cost).enumerate();
     if let Some((worst, _)) = costs.max_by(|a, b| a.1.total_cmp(&b.1)) {

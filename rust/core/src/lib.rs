@@ -30,6 +30,7 @@ pub mod lm;
 mod numeric;
 pub mod plane;
 pub mod plane_consensus;
+pub mod plane_observation;
 pub mod pnp;
 pub mod pose_problem;
 pub mod quadrilateral;

@@ -5,16 +5,13 @@
 //! s between the depth camera's scale and that of the taught size, z_measured = (1 + s)·z. Without
 //! planes it touches only its prior, and this is plain PnP. Who is how far to blame for s, and so
 //! what the distance in metres is, is decided afterwards (`scale`): the evidence cannot tell.
-//!
-//! A plane n·p = d in the camera frame has the inverse depth q·m at the ray m = (x, y, 1), with
-//! q = n / d. That is linear in q, so all depth pixels of a face sum up exactly in a measured q and
-//! its 3×3 information matrix, and refinement costs the same for ten depth pixels or ten thousand.
 
 use nalgebra::{Isometry3, Matrix2x3, Matrix3, SMatrix, SVector, Vector2, Vector3, Vector6};
 
 use crate::camera::Camera;
 use crate::lm::{LeastSquares, Normal};
-use crate::rigid::{perturbed, skew};
+use crate::plane_observation::PlaneObservation;
+use crate::rigid::perturbed;
 use crate::robust::cauchy;
 
 /// Pose (6) and scale disagreement (1).
@@ -27,21 +24,6 @@ pub struct ObjectPoint {
     pub object: Vector3<f64>,
     /// Undistorted pixel.
     pub image: Vector2<f64>,
-}
-
-/// The plane that the depth pixels of one face show.
-#[derive(Debug, Clone)]
-pub struct PlaneObservation {
-    /// Outward unit normal of the face in the object's frame.
-    pub normal: Vector3<f64>,
-    /// A point of the face in the object's frame [m].
-    pub point: Vector3<f64>,
-    /// Measured q [1/m]: inverse depth is q·(x, y, 1) on the normalised plane.
-    pub inverse_plane: Vector3<f64>,
-    /// Information (inverse covariance) of `inverse_plane` [m²].
-    pub information: Matrix3<f64>,
-    /// How many depth pixels agree with it.
-    pub pixels: usize,
 }
 
 /// Pose and nuisance.
@@ -115,15 +97,6 @@ impl PoseProblem {
         cost
     }
 
-    /// Squared Mahalanobis distance of a plane from a state, three degrees of freedom.
-    pub fn plane_cost(&self, state: &PoseState, plane: &PlaneObservation) -> f64 {
-        let error = measured_inverse_plane(state, plane) - plane.inverse_plane;
-        if !error.x.is_finite() {
-            return f64::INFINITY;
-        }
-        error.dot(&(plane.information * error))
-    }
-
     fn prior_cost(&self, state: &PoseState) -> f64 {
         (state.disagreement / self.disagreement_sigma).powi(2)
     }
@@ -181,9 +154,9 @@ impl PoseProblem {
 
     fn add_planes(&self, state: &PoseState, normal: &mut Normal<PARAMETERS>) {
         for plane in &self.planes {
-            normal.cost += self.plane_cost(state, plane);
-            let error = measured_inverse_plane(state, plane) - plane.inverse_plane;
-            let jacobian = inverse_plane_jacobian(state, plane);
+            normal.cost += plane.squared_distance(state);
+            let error = plane.error(state);
+            let jacobian = plane.jacobian(state);
             let weighted = jacobian.transpose() * plane.information;
             normal.hessian += weighted * jacobian;
             normal.gradient += weighted * error;
@@ -202,7 +175,7 @@ impl LeastSquares<PARAMETERS> for PoseProblem {
         let planes: f64 = self
             .planes
             .iter()
-            .map(|plane| self.plane_cost(state, plane))
+            .map(|plane| plane.squared_distance(state))
             .sum();
         self.reprojection_cost(&state.T_camera_object) + planes + self.prior_cost(state)
     }
@@ -227,75 +200,23 @@ impl LeastSquares<PARAMETERS> for PoseProblem {
     }
 }
 
-/// q of a face's plane in the camera frame at a pose [1/m].
-pub fn inverse_plane(
-    T_camera_object: &Isometry3<f64>,
-    normal: &Vector3<f64>,
-    point: &Vector3<f64>,
-) -> Vector3<f64> {
-    let n = T_camera_object.rotation * normal;
-    let p = T_camera_object.rotation * point + T_camera_object.translation.vector;
-    n / n.dot(&p)
-}
-
-fn measured_inverse_plane(state: &PoseState, plane: &PlaneObservation) -> Vector3<f64> {
-    inverse_plane(&state.T_camera_object, &plane.normal, &plane.point) / (1.0 + state.disagreement)
-}
-
-/// Derivative of the q that depth shows with respect to the local step (pose, disagreement).
-fn inverse_plane_jacobian(
-    state: &PoseState,
-    plane: &PlaneObservation,
-) -> SMatrix<f64, 3, PARAMETERS> {
-    let T = &state.T_camera_object;
-    let R = *T.rotation.to_rotation_matrix().matrix();
-    let t_object = R.transpose() * T.translation.vector;
-    let n = R * plane.normal;
-    let d = plane.normal.dot(&(plane.point + t_object));
-    let scale = 1.0 / (1.0 + state.disagreement);
-    // δn = R (ω × n_o), δd = n_o·ρ + (n_o × Rᵀt)·ω, δq = δn / d - n δd / d².
-    let d_rho = plane.normal.transpose();
-    let d_omega = plane.normal.cross(&t_object).transpose();
-    let by_rho = -n * d_rho / (d * d);
-    let by_omega = -R * skew(&plane.normal) / d - n * d_omega / (d * d);
-    let mut jacobian = SMatrix::<f64, 3, PARAMETERS>::zeros();
-    jacobian
-        .fixed_view_mut::<3, 3>(0, 0)
-        .copy_from(&(by_rho * scale));
-    jacobian
-        .fixed_view_mut::<3, 3>(0, 3)
-        .copy_from(&(by_omega * scale));
-    jacobian.set_column(6, &(-n / d * scale * scale));
-    jacobian
-}
-
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::numeric::assert_jacobian;
 
-    fn problem() -> PoseProblem {
+    pub fn problem() -> PoseProblem {
         let camera = Camera::new((640, 480), (525.0, 520.0), (319.5, 239.5), [0.0; 5]).unwrap();
         PoseProblem::new(&camera, Vec::new(), 0.5)
     }
 
-    fn state() -> PoseState {
+    pub fn state() -> PoseState {
         let rotation = Vector3::new(2.7, 0.3, -0.4);
         let T_camera_object = Isometry3::new(Vector3::new(0.05, -0.1, 0.7), rotation);
         PoseState {
             T_camera_object,
             disagreement: 0.02,
-        }
-    }
-
-    fn plane() -> PlaneObservation {
-        PlaneObservation {
-            normal: Vector3::new(0.1, -0.3, 1.0).normalize(),
-            point: Vector3::new(0.02, 0.04, 0.05),
-            inverse_plane: Vector3::new(0.1, 0.2, 1.4),
-            information: Matrix3::new(5.0, 1.0, 0.5, 1.0, 4.0, -1.0, 0.5, -1.0, 9.0) * 1e4,
-            pixels: 100,
         }
     }
 
@@ -324,20 +245,12 @@ mod tests {
     }
 
     #[test]
-    fn the_plane_jacobian_is_the_derivative() {
-        let plane = plane();
-        assert_jacobian(
-            |step| measured_inverse_plane(&moved(step), &plane).into(),
-            &[0.0; PARAMETERS],
-            inverse_plane_jacobian(&state(), &plane),
-        );
-    }
-
-    #[test]
     fn the_gradient_is_half_the_derivative_of_the_cost() {
         let mut problem = problem();
         problem.disagreement_sigma = 0.01;
-        problem.planes.push(plane());
+        problem
+            .planes
+            .push(crate::plane_observation::tests::plane());
         problem.points.push(ObjectPoint {
             object: Vector3::new(0.08, -0.06, 0.0),
             image: Vector2::new(400.0, 130.0),
@@ -349,18 +262,6 @@ mod tests {
             &[0.0; PARAMETERS],
             normal.gradient.transpose() * (2.0 / normal.gradient.amax()),
         );
-    }
-
-    #[test]
-    fn inverse_depth_is_linear_on_the_normalised_plane() {
-        let plane = plane();
-        let T = state().T_camera_object;
-        let q = inverse_plane(&T, &plane.normal, &plane.point);
-        let tangent = plane.normal.cross(&Vector3::x());
-        for shift in [-0.1, 0.0, 0.07] {
-            let p = T.rotation * (plane.point + tangent * shift) + T.translation.vector;
-            assert!((q.dot(&(p / p.z)) - 1.0 / p.z).abs() < 1e-12);
-        }
     }
 
     #[test]

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector2, Vector
 
 use crate::camera::Camera;
 use crate::face::{Correspondence, Face};
-use crate::pose_problem::inverse_plane;
+use crate::plane_observation::inverse_plane;
 use crate::random::SplitMix64;
 
 /// Inverse-depth noise of a Kinect v1 [1/m]: 1.425e-3·z² m in depth (Khoshelham, Elberink 2012).
