@@ -13,6 +13,8 @@
 
 // Transforms are named by their two frames, T_camera_object, in code and documents alike.
 #![allow(non_snake_case)]
+// Units stand in brackets, [m], and are no links.
+#![allow(rustdoc::broken_intra_doc_links)]
 
 pub mod camera;
 pub mod candidates;
