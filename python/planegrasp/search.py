@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-import cv2
 import numpy as np
 
 from planegrasp.appearance import agreement
@@ -193,9 +192,8 @@ def _inside(
 ) -> NDArray[np.bool_]:
     """Which features of the frame lie inside of a found face."""
     outline = apply_homography(detection.homography, reference_corners(*face.size))
-    polygon = outline.astype(np.float32).reshape(-1, 1, 2)
-    inside = [
-        cv2.pointPolygonTest(polygon, (float(x), float(y)), measureDist=False) >= 0
-        for x, y in candidates.image_points
-    ]
-    return np.array(inside, dtype=np.bool_)
+    sides = np.roll(outline, -1, axis=0) - outline
+    offsets = candidates.image_points[:, None] - outline
+    # A verified outline is convex and turns one way: inside is to the same side of all its sides.
+    turns = sides[:, 0] * offsets[..., 1] - sides[:, 1] * offsets[..., 0]
+    return np.asarray(np.all(turns >= 0, axis=1), dtype=np.bool_)
