@@ -79,7 +79,8 @@ class Candidates:
         image_points: N×2 float64, frame in undistorted pixels.
         image_frames: N×2×2 float64, of the frame's keypoints.
         ratio: N, nearest distance over the nearest elsewhere (on the face or on another one); 0
-            where all k neighbours are at the same place.
+            where all k neighbours are at the same place, 1 where two places are exactly alike,
+            infinite where there is no neighbour.
     """
 
     face: NDArray[np.int32]
@@ -167,7 +168,10 @@ class ReferenceIndex:
         apart = np.linalg.norm(points - points[:, :1], axis=2)
         same_place = (face == face[:, :1]) & (apart <= self._radius[face[:, :1]])
         elsewhere = np.where(known & ~same_place, distances, np.inf).min(axis=1)
-        ratio = distances[:, 0].astype(np.float64) / np.maximum(elsewhere, 1e-12)
+        nearest = distances[:, 0].astype(np.float64)
+        # Exactly like two places (0 / 0) is as ambiguous as can be: 1.
+        ratio = np.ones_like(nearest)
+        np.divide(nearest, elsewhere, out=ratio, where=known[:, 0] & (elsewhere > 0))
         ratio[~known[:, 0]] = np.inf
         return Candidates(
             face, points, self._frames[indices], distances, image_points, features.frames, ratio
