@@ -69,13 +69,16 @@ fn deproject(
     Ok(camera.to_normalised(pixel).push(1.0) * z)
 }
 
-/// Rotation with x kept, z = x × y, and y = z × x; `None` for parallel axes.
+/// Rotation with y kept, z = x × y, and x recalculated as y × z; `None` for parallel axes.
+///
+/// The recalculated x is the x' of the paper's ε (eq. 13).
 fn frame(x: Vector3<f64>, y: Vector3<f64>) -> Option<Matrix3<f64>> {
-    let x = x.try_normalize(f64::EPSILON)?;
+    let y = y.try_normalize(f64::EPSILON)?;
     let z = x
-        .cross(&y.try_normalize(f64::EPSILON)?)
+        .try_normalize(f64::EPSILON)?
+        .cross(&y)
         .try_normalize(1e-9)?;
-    Some(Matrix3::from_columns(&[x, z.cross(&x), z]))
+    Some(Matrix3::from_columns(&[y.cross(&z), y, z]))
 }
 
 fn reprojection_rms(face: &Face, camera: &Camera, T_camera_face: &nalgebra::Isometry3<f64>) -> f64 {
@@ -157,6 +160,13 @@ mod tests {
         );
         let without = estimate(&[scene.face(&[])], &scene.camera, None);
         assert_eq!(without, Err(PoseError::DepthRequired));
+    }
+
+    #[test]
+    fn skewed_axes_keep_y_and_recalculate_x() {
+        let y = Vector3::new(0.0, 2.0, 0.0);
+        let R = frame(Vector3::new(1.0, 0.2, 0.0), y).unwrap();
+        assert!((R - Matrix3::identity()).norm() < 1e-12);
     }
 
     #[test]
