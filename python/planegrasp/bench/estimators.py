@@ -142,10 +142,11 @@ def _compare(
         matrix = estimator(source, target)
         seconds = time.perf_counter() - start
         trials[name] = Trial(_error(matrix, corners, truth), seconds)
-    start = time.perf_counter()
-    matrix = refined(candidates, config)
-    seconds = time.perf_counter() - start
-    trials[REFINED] = Trial(_error(matrix, corners, truth), seconds)
+    for name, estimator in REFINED.items():
+        start = time.perf_counter()
+        matrix = refined(estimator, source, target, candidates)
+        seconds = time.perf_counter() - start
+        trials[name] = Trial(_error(matrix, corners, truth), seconds)
     return trials
 
 
@@ -182,7 +183,7 @@ def _summarise(
                 "ms": milliseconds,
             }
         )
-        name = estimator.lower().replace(" ", "_")
+        name = estimator.lower().replace(".", "").replace(" + ", " ").replace(" ", "_")
         key = group.replace(" ", "").replace("≤", "_to_").replace("≥", "_from_").rstrip("°")
         figures |= {
             f"{name}.{key}.success": success,
@@ -203,12 +204,12 @@ def _summarise(
         notes=(
             "success = mean corner error < 5 px; errors and times are over all frames of a group",
             "frames with fewer than ten matches that pass the ratio test are no candidates",
-            f"{REFINED}: PoseLib progressive, then refined over all matches that agree",
+            "+ refine: over all matches that agree, as the detector does",
         ),
     )
 
 
 def _rank(group: str, estimator: str) -> tuple[int, int]:
     """Well-textured before weak, moderate before steep; estimators as they are listed."""
-    names = [*ESTIMATORS, REFINED]
+    names = [*ESTIMATORS, *REFINED]
     return 2 * group.startswith("weak") + ("≥" in group), names.index(estimator)

@@ -16,16 +16,13 @@ import numpy as np
 import poselib
 from numpy.typing import NDArray
 
-from planegrasp.homography import HomographyConfig, hypotheses
+from planegrasp.homography import HomographyConfig, refine
 
 if TYPE_CHECKING:
     from planegrasp.matching.index import Candidates
 
 Points = NDArray[np.float64]
 Estimator = Callable[[Points, Points], "Points | None"]
-
-# What the detector does: `planegrasp.homography`.
-REFINED = "planegrasp"
 
 _CONFIDENCE = 0.9999
 _LIMITS = HomographyConfig()
@@ -77,12 +74,6 @@ def _kornia(source: Points, target: Points) -> Points | None:
     return np.asarray(matrix, dtype=np.float64)
 
 
-def refined(candidates: Candidates, config: HomographyConfig) -> Points | None:
-    """The detector's first hypothesis for face 0."""
-    first = next(iter(hypotheses(candidates, 0, config)), None)
-    return None if first is None else first.matrix
-
-
 ESTIMATORS: dict[str, Estimator] = {
     "OpenCV RANSAC": partial(_opencv, method=cv2.RANSAC),
     "OpenCV LMEDS": partial(_opencv, method=cv2.LMEDS),
@@ -96,6 +87,21 @@ ESTIMATORS: dict[str, Estimator] = {
     "PoseLib progressive": partial(_poselib, progressive=True),
     "kornia-rs": _kornia,
 }
+
+# What the detector does is PoseLib's, refined; beside it the fastest of the others, refined.
+REFINED = {
+    "USAC_PROSAC + refine": ESTIMATORS["OpenCV USAC_PROSAC"],
+    "PoseLib prog. + refine": ESTIMATORS["PoseLib progressive"],
+}
+
+
+def refined(
+    estimator: Estimator, source: Points, target: Points, all_of: Candidates
+) -> Points | None:
+    """An estimate for face 0, refined as the detector does over all matches that agree with it."""
+    matrix = estimator(source, target)
+    estimate = None if matrix is None else refine(matrix, all_of, 0, _LIMITS)
+    return None if estimate is None else estimate.matrix
 
 
 def available() -> dict[str, Estimator]:

@@ -52,6 +52,12 @@ def backgrounds() -> tuple[NDArray[np.uint8], ...]:
     return tuple(read_color(_folder() / name) for name in _BACKGROUNDS)
 
 
+def background(name: str) -> NDArray[np.uint8]:
+    """One of the backgrounds by its file's name without the suffix, H×W×3 uint8 RGB."""
+    file = next(file for file in _BACKGROUNDS if Path(file).stem == name)
+    return read_color(_folder() / file)
+
+
 def random_background(rng: np.random.Generator) -> NDArray[np.uint8]:
     """A random crop, mirrored at random, of one of the backgrounds."""
     images = backgrounds()
