@@ -107,12 +107,8 @@ def render(
     owner = np.full(depth.shape, -1, np.int32)
     projected = np.zeros(len(rectangles), np.int64)
 
-    far_to_near = sorted(
-        (i for i, r in enumerate(rectangles) if r.faces_camera),
-        key=lambda i: -float(rectangles[i].T_camera_rectangle.translation[2]),
-    )
     canvas = _Canvas(image, depth, owner)
-    for index in far_to_near:
+    for index in _far_to_near(rectangles):
         projected[index] = _paint(rectangles[index], index, camera, canvas)
 
     noisy = image + rng.normal(0.0, color_noise, image.shape)
@@ -138,6 +134,43 @@ class _Canvas:
     image: NDArray[np.float32]
     depth: NDArray[np.float64]
     owner: NDArray[np.int32]
+
+
+def _far_to_near(rectangles: Sequence[Rectangle]) -> list[int]:
+    """Those that face the camera, each before the ones that can hide it.
+
+    The distance of the centres would not do: an oblique board that hides a face may have its
+    centre farther away than the face has.
+    """
+    remaining = sorted(
+        (i for i, r in enumerate(rectangles) if r.faces_camera),
+        key=lambda i: -float(rectangles[i].T_camera_rectangle.translation[2]),
+    )
+    order: list[int] = []
+    while remaining:
+        hides_none = (
+            i
+            for i in remaining
+            if not any(_hides(rectangles[i], rectangles[j]) for j in remaining if j != i)
+        )
+        # Three boards each leaning on the next hide each other in a circle.
+        order.append(next(hides_none, remaining[0]))
+        remaining.remove(order[-1])
+    return order
+
+
+def _hides(near: Rectangle, far: Rectangle) -> bool:
+    """Whether `near` can hide `far` but not the other way round; both face the camera."""
+    far_from_near, near_from_far = _heights(far.corners, near), _heights(near.corners, far)
+    far_can_hide = bool(np.any(far_from_near > 1e-9) and np.any(near_from_far < -1e-9))
+    near_can_hide = bool(np.any(near_from_far > 1e-9) and np.any(far_from_near < -1e-9))
+    return near_can_hide and not far_can_hide
+
+
+def _heights(points: NDArray[np.float64], rectangle: Rectangle) -> NDArray[np.float64]:
+    """Distances of N×3 points from a rectangle's plane [m], positive on its textured side."""
+    translation, rotation = rectangle.T_camera_rectangle.as_components()
+    return np.asarray((points - translation) @ rotation.as_matrix()[:, 2], dtype=np.float64)
 
 
 def _paint(rectangle: Rectangle, index: int, camera: PinholeCamera, canvas: _Canvas) -> int:
@@ -229,8 +262,9 @@ def _sample(
         ideal = camera.undistort(observed + pixel_from_sample[:2, 2])
         mapped = np.column_stack([ideal, np.ones(len(ideal))]) @ texture_from_pixel.T
         maps = (mapped[:, :2] / mapped[:, 2:]).astype(np.float32).reshape(size[1], size[0], 2)
-        color = cv2.remap(texture, maps, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        inside = cv2.remap(opaque, maps, None, cv2.INTER_NEAREST)
+        x, y = np.ascontiguousarray(maps[..., 0]), np.ascontiguousarray(maps[..., 1])
+        color = cv2.remap(texture, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        inside = cv2.remap(opaque, x, y, cv2.INTER_NEAREST)
     else:
         mapping = texture_from_pixel @ pixel_from_sample
         flags = cv2.WARP_INVERSE_MAP
