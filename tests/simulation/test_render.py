@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from planegrasp.boxes import SIDES, box_face_pose, box_face_size
 from planegrasp.geometry import PinholeCamera, RigidTransform, Rotation
 from planegrasp.simulation import Rectangle, render
 
@@ -57,6 +58,11 @@ def projected_disc(centre, camera, T, radius=9.0):
     py = (camera.project(on_rectangle(edge + np.array([0, step]), T)) - p) / step
     weight = r.ravel() * np.abs(px[:, 0] * py[:, 1] - px[:, 1] * py[:, 0])
     return weight @ p / weight.sum()
+
+
+def area_of(outline):
+    x, y = outline.T
+    return abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
 
 
 def centroid(image, near, reach=12):
@@ -180,6 +186,56 @@ def test_the_nearer_rectangle_hides_the_farther_whatever_their_order(order):
     # The near one covers x = 0 … 0.12 at 0.6 m: of the far one 0 … 0.12 at 0.9 m, its right half.
     assert visible[0] == pytest.approx(0.5, abs=0.02)
     assert visible[1] == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_a_board_just_before_an_oblique_face_hides_it_wherever_its_centre_is(side):
+    T = pose(tilt=45, axis=np.pi / 2)
+    board_pose = T * RigidTransform.from_translation([side * 0.08, 0.0, 0.005])
+    board = plain(220, board_pose, width=0.08, height=0.3)
+    rendering = quiet([plain(50, T), board])
+    # It covers a third of the face's width, 0.04 … 0.12 m from the centre.
+    x = side * np.array([0.04, 0.12, 0.12, 0.04])
+    y = np.array([1, 1, -1, -1]) * HEIGHT / 2
+    strip = PLAIN.project(T.apply(np.column_stack([x, y, np.zeros(4)])))
+    hidden = area_of(strip) / area_of(rendering.corners[0])
+    assert rendering.visible[0] == pytest.approx(1 - hidden, abs=0.03)
+    assert rendering.visible[1] == pytest.approx(1.0, abs=0.02)
+    column, row = np.rint(PLAIN.project([board_pose.translation])[0]).astype(int)
+    assert rendering.frame.color[row, column, 0] == 220
+    assert rendering.true_depth[row, column] == pytest.approx(board_pose.translation[2], abs=2e-3)
+
+
+def test_faces_of_a_convex_box_hide_nothing_of_each_other():
+    size = (0.2, 0.15, 0.1)
+    T = pose((0.02, 0.0, 0.7), tilt=35, axis=0.8)
+    faces = [
+        Rectangle(
+            np.full((9, 9, 3), 100, np.uint8),
+            *box_face_size(size, side),
+            T * box_face_pose(size, side),
+        )
+        for side in SIDES
+    ]
+    rendering = quiet(faces)
+    shown = [
+        v
+        for v, corners in zip(rendering.visible, rendering.corners, strict=True)
+        if corners is not None
+    ]
+    assert len(shown) == 3
+    np.testing.assert_allclose(shown, 1.0, atol=0.02)
+
+
+def test_three_boards_each_leaning_on_the_next_are_all_drawn():
+    boards = []
+    for k in range(3):
+        around = Rotation.from_euler("z", 120 * k, degrees=True)
+        lean = Rotation.from_euler("y", 10, degrees=True)
+        place = np.array([0.0, 0.0, 0.7]) + around.apply([0.0, 0.05, 0.0])
+        turn = around * lean * Rotation.from_matrix(FRONTAL)
+        boards.append(plain(100, RigidTransform.from_components(place, turn), height=0.05))
+    assert all(v > 0.3 for v in quiet(boards).visible)
 
 
 def test_what_lies_outside_of_the_image_is_not_visible():
