@@ -4,10 +4,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planegrasp.boxes import SIDES, box_face_pose, box_face_size
+from planegrasp.checks import check_name
 from planegrasp.errors import ImageError, InvalidInputError, SourceError
-from planegrasp.geometry import RigidTransform
+from planegrasp.geometry import RigidTransform, edge_from_pixel
 from planegrasp.io.images import write_color
-from planegrasp.objects import ObjectModel, PlanarFace, check_name, edge_from_pixel
+from planegrasp.objects import ObjectModel, PlanarFace
 
 SIZE = (0.2, 0.15, 0.1)
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import math
 
+from planegrasp.checks import check_length
 from planegrasp.errors import InvalidInputError
 from planegrasp.geometry import RigidTransform, Rotation
-from planegrasp.objects import check_length
 
 SIDES = ("front", "back", "left", "right", "top", "bottom")
 

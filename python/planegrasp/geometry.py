@@ -27,7 +27,9 @@ __all__ = [
     "PinholeCamera",
     "RigidTransform",
     "Rotation",
+    "edge_from_pixel",
     "euler_from_rotation",
+    "pixel_from_edge",
     "rigid_transform",
     "rotation_angle",
     "rotation_from_euler",
@@ -147,6 +149,16 @@ class PinholeCamera:
         x_d = x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x)
         y_d = y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y
         return np.column_stack([self.fx * x_d + self.cx, self.fy * y_d + self.cy])
+
+
+def edge_from_pixel(points: ArrayLike) -> Float64Array:
+    """Move points from pixel coordinates (centres at integers) to edge coordinates."""
+    return np.asarray(points, dtype=np.float64) + 0.5
+
+
+def pixel_from_edge(points: ArrayLike) -> Float64Array:
+    """Move points from edge coordinates to pixel coordinates (centres at integers)."""
+    return np.asarray(points, dtype=np.float64) - 0.5
 
 
 def rigid_transform(matrix: ArrayLike, *, tolerance: float = 1e-4) -> RigidTransform:

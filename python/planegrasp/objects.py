@@ -3,20 +3,19 @@
 A face has two coordinate systems. On its reference image points are in *edge coordinates*: (0, 0)
 is the outer corner of the first pixel, (w, h) that of the last, so a pixel's centre lies at index
 + ½. On the face itself they are in metres: x right, y up, z out of the face, origin at its centre.
-`edge_from_pixel` and `PlanarFace.face_from_edge` are the only places that convert.
+`geometry.edge_from_pixel` and `PlanarFace.face_from_edge` are the only places that convert.
 """
 
 from __future__ import annotations
 
 import hashlib
-import math
-import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planegrasp.checks import check_length, check_name
 from planegrasp.errors import InvalidInputError
 from planegrasp.geometry import RigidTransform
 from planegrasp.rgbd import check_color
@@ -31,53 +30,11 @@ if TYPE_CHECKING:
 
     Image = NDArray[np.uint8] | str | Path
 
-__all__ = [
-    "ObjectModel",
-    "PlanarFace",
-    "check_length",
-    "check_name",
-    "edge_from_pixel",
-    "pixel_from_edge",
-]
+__all__ = ["ObjectModel", "PlanarFace"]
 
-_NAME = re.compile(r"[A-Za-z0-9_-]([A-Za-z0-9_.-]*[A-Za-z0-9_-])?")
-_LONGEST_NAME = 100
 _MOST_FACES = 6
 # A pixel this much longer than wide on the object means a turned image or swapped sizes.
 _LARGEST_PIXEL_ASPECT = 2.0
-
-
-def edge_from_pixel(points: ArrayLike) -> NDArray[np.float64]:
-    """Move points from pixel coordinates (centres at integers) to edge coordinates."""
-    return np.asarray(points, dtype=np.float64) + 0.5
-
-
-def pixel_from_edge(points: ArrayLike) -> NDArray[np.float64]:
-    """Move points from edge coordinates to pixel coordinates (centres at integers)."""
-    return np.asarray(points, dtype=np.float64) - 0.5
-
-
-def check_name(name: str, what: str = "an object") -> str:
-    """Return the name if it can be a folder's name on every system.
-
-    Raises:
-        InvalidInputError: for anything but 1 to 100 ASCII letters, digits, '-', '_' and '.', or a
-            '.' at the start or the end.
-    """
-    if not isinstance(name, str) or not _NAME.fullmatch(name) or len(name) > _LONGEST_NAME:
-        raise InvalidInputError(
-            f"{name!r} cannot be the name of {what}: use 1 to {_LONGEST_NAME} letters (a-z), "
-            f"digits, '-', '_' and '.', with no '.' at the start or the end"
-        )
-    return name
-
-
-def check_length(value: float, what: str) -> float:
-    """Return the length [m] as a float if it is positive and finite, else InvalidInputError."""
-    length = float(value)
-    if not math.isfinite(length) or length <= 0:
-        raise InvalidInputError(f"{what} must be > 0 m and finite, got {value}")
-    return length
 
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)

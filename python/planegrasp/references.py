@@ -10,10 +10,10 @@ import numpy as np
 
 from planegrasp.appearance import Appearance, prepare_appearance
 from planegrasp.features.oblique import ObliqueConfig, extract_oblique
+from planegrasp.geometry import edge_from_pixel
 from planegrasp.library import feature_cache
 from planegrasp.library.feature_cache import feature_key
 from planegrasp.matching.index import ReferenceSet
-from planegrasp.objects import edge_from_pixel
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -20,8 +20,8 @@ from planegrasp.features import (
     SIFTConfig,
     make_extractor,
 )
-from planegrasp.geometry import RigidTransform, Rotation
-from planegrasp.objects import ObjectModel, edge_from_pixel
+from planegrasp.geometry import RigidTransform, Rotation, edge_from_pixel
+from planegrasp.objects import ObjectModel
 from planegrasp.simulation import render
 
 NAMES = sorted(EXTRACTORS)

@@ -7,7 +7,8 @@ from planegrasp.bench.textures import backgrounds
 from planegrasp.errors import InvalidInputError
 from planegrasp.features import ORB, SIFT
 from planegrasp.features.oblique import FRONTAL, ObliqueConfig, extract_oblique, oblique_views
-from planegrasp.objects import ObjectModel, edge_from_pixel
+from planegrasp.geometry import edge_from_pixel
+from planegrasp.objects import ObjectModel
 from planegrasp.simulation import render
 
 DOTS = np.array([[30.0, 40.0], [150.0, 35.0], [90.0, 75.0], [25.0, 110.0], [160.0, 115.0]])

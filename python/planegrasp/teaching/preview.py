@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
-from planegrasp.objects import edge_from_pixel, pixel_from_edge
+from planegrasp.geometry import edge_from_pixel, pixel_from_edge
 from planegrasp.rgbd import check_color
 from planegrasp.teaching.trial import run_trial
 

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
+from planegrasp.checks import check_length
 from planegrasp.errors import CameraError, InvalidInputError, TeachingError
-from planegrasp.objects import check_length, edge_from_pixel
+from planegrasp.geometry import edge_from_pixel
 from planegrasp.rgbd import check_color
 
 if TYPE_CHECKING:

@@ -3,7 +3,8 @@
 use crate::error::PoseError;
 use crate::estimate::PoseEstimate;
 use crate::lm::{Minimum, Precision, minimize};
-use crate::pose_problem::{PARAMETERS, PoseProblem, PoseState};
+use crate::pose_problem::PoseProblem;
+use crate::pose_state::{PARAMETERS, PoseState};
 use crate::scale::ScalePrior;
 
 /// Minima whose rotations differ by less than this are the same one [rad] (0.3°): the two planar

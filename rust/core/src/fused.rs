@@ -19,7 +19,8 @@ use crate::estimate::PoseEstimate;
 use crate::face::Face;
 use crate::plane_observation::PlaneObservation;
 use crate::pnp::{self, PlanarSolutions, PnPConfig};
-use crate::pose_problem::{PoseProblem, PoseState};
+use crate::pose_problem::PoseProblem;
+use crate::pose_state::PoseState;
 use crate::scale::ScalePrior;
 
 /// A plane contradicts the image when agreeing with it raises the reprojection cost by this many

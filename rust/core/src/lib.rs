@@ -35,6 +35,7 @@ pub mod plane_consensus;
 pub mod plane_observation;
 pub mod pnp;
 pub mod pose_problem;
+pub mod pose_state;
 pub mod quadrilateral;
 pub mod random;
 pub mod rigid;

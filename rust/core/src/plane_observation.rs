@@ -6,7 +6,7 @@
 
 use nalgebra::{Isometry3, Matrix3, SMatrix, Vector3};
 
-use crate::pose_problem::{PARAMETERS, PoseState};
+use crate::pose_state::{PARAMETERS, PoseState};
 use crate::rigid::skew;
 
 /// The plane that the depth pixels of one face show.

@@ -9,7 +9,8 @@ use crate::estimate::PoseEstimate;
 use crate::face::Face;
 use crate::ippe;
 use crate::lm::{Precision, minimize};
-use crate::pose_problem::{ObjectPoint, PoseProblem, PoseState};
+use crate::pose_problem::{ObjectPoint, PoseProblem};
+use crate::pose_state::PoseState;
 use crate::robust::median;
 use crate::scale::ScalePrior;
 

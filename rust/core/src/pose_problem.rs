@@ -11,11 +11,9 @@ use nalgebra::{Isometry3, Matrix2x3, Matrix3, SMatrix, SVector, Vector2, Vector3
 use crate::camera::Camera;
 use crate::lm::{LeastSquares, Normal};
 use crate::plane_observation::PlaneObservation;
+use crate::pose_state::{PARAMETERS, PoseState};
 use crate::rigid::perturbed;
 use crate::robust::cauchy;
-
-/// Pose (6) and scale disagreement (1).
-pub const PARAMETERS: usize = 7;
 
 /// A correspondence in the object's frame.
 #[derive(Debug, Clone, Copy)]
@@ -24,25 +22,6 @@ pub struct ObjectPoint {
     pub object: Vector3<f64>,
     /// Undistorted pixel.
     pub image: Vector2<f64>,
-}
-
-/// Pose and nuisance.
-#[derive(Debug, Clone)]
-pub struct PoseState {
-    /// Pose of the object in the camera frame, were the taught size exact.
-    pub T_camera_object: Isometry3<f64>,
-    /// Disagreement of depth with the taught size, z_measured = (1 + s)·z.
-    pub disagreement: f64,
-}
-
-impl PoseState {
-    /// A pose with which depth agrees.
-    pub fn new(T_camera_object: Isometry3<f64>) -> Self {
-        Self {
-            T_camera_object,
-            disagreement: 0.0,
-        }
-    }
 }
 
 /// All evidence for one object with its noise.

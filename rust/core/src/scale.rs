@@ -7,7 +7,7 @@
 
 use nalgebra::{Isometry3, Matrix6, SMatrix, Vector3};
 
-use crate::pose_problem::{PARAMETERS, PoseState};
+use crate::pose_state::{PARAMETERS, PoseState};
 
 /// What is known beforehand of both scales.
 #[derive(Debug, Clone, Copy, PartialEq)]
