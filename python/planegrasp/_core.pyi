@@ -115,3 +115,22 @@ def fused(
 
 def planar_poses(face: Face, camera: Camera) -> list[NDArray[np.float64]]:
     """Both planar solutions T_camera_face (4×4) before refinement, the better one first."""
+
+def fit_plane(
+    rays: NDArray[np.float64], inverse_depth: NDArray[np.float64]
+) -> tuple[tuple[float, float, float], float] | None:
+    """Robust plane (a, b, c), 1/z = (a, b, c) · ray, and its residuals' standard deviation [1/m].
+
+    Least median of squares, then Tukey's biweight: up to half of the pixels may show something
+    else.
+
+    Args:
+        rays: N×3, viewing rays with z = 1.
+        inverse_depth: N, [1/m].
+
+    Returns:
+        The plane and the deviation, or None where the pixels span no plane.
+
+    Raises:
+        InvalidInputError: for other shapes.
+    """

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
+from planegrasp import _core
 from planegrasp.errors import TeachingError
 from planegrasp.teaching.rectify import check_corners, opposite_sides
 
@@ -26,10 +27,6 @@ _SMALLEST_DEPTH_SHARE = 0.2
 _LARGEST_SCATTER_SHARE = 0.05
 _LARGEST_SIDE_RATIO = 1.2
 _LARGEST_SKEW = np.radians(12.0)
-
-_HYPOTHESES = 200
-_SCORED_PIXELS = 1000
-_REFINEMENTS = 10
 
 
 def measure_size(frame: RGBDFrame, corners: ArrayLike) -> tuple[float, float]:
@@ -53,7 +50,10 @@ def measure_size(frame: RGBDFrame, corners: ArrayLike) -> tuple[float, float]:
         )
     points = check_corners(corners, frame.color.shape[:2])
     rays, inverse_depth = _depth_inside(frame.depth, frame.camera, points)
-    plane, scatter = _fit_plane(rays, inverse_depth)
+    fitted = _core.fit_plane(rays, inverse_depth)
+    if fitted is None:
+        raise TeachingError("the depth inside the corners spans no plane: move closer")
+    plane, scatter = np.array(fitted[0]), fitted[1]
     corner_rays = frame.camera.rays(points)
     inverse = corner_rays @ plane
     if inverse.min() <= 0:
@@ -85,39 +85,6 @@ def _depth_inside(
     rows, columns = np.nonzero(measured)
     rays = camera.rays(np.column_stack([columns, rows]))
     return rays, 1.0 / depth[measured].astype(np.float64)
-
-
-def _fit_plane(
-    rays: NDArray[np.float64], inverse_depth: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], float]:
-    """Fit 1/z = (a, b, c) · ray: least median of squares, then least squares on its inliers.
-
-    In inverse depth the noise of a stereo or structured-light sensor is uniform over the image.
-
-    Returns:
-        (a, b, c) and the robust standard deviation of the residuals [1/m].
-    """
-    rng = np.random.default_rng(0)
-    count = len(rays)
-    scored = rng.choice(count, size=min(count, _SCORED_PIXELS), replace=False)
-    plane: NDArray[np.float64] = np.zeros(3)
-    best = np.inf
-    for _ in range(_HYPOTHESES):
-        chosen = rng.choice(count, size=3, replace=False)
-        if np.linalg.cond(rays[chosen]) > 1e6:
-            continue
-        candidate = np.asarray(
-            np.linalg.solve(rays[chosen], inverse_depth[chosen]), dtype=np.float64
-        )
-        median = float(np.median(np.abs(rays[scored] @ candidate - inverse_depth[scored])))
-        if median < best:
-            plane, best = candidate, median
-    for _ in range(_REFINEMENTS):
-        residuals = np.abs(rays @ plane - inverse_depth)
-        scatter = 1.4826 * float(np.median(residuals))
-        kept = residuals <= max(2.5 * scatter, 1e-9)
-        plane = np.asarray(np.linalg.lstsq(rays[kept], inverse_depth[kept], rcond=None)[0])
-    return plane, scatter
 
 
 def _check_flat(scatter: float, inverse_depth: NDArray[np.float64], side: float) -> None:

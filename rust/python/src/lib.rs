@@ -13,6 +13,7 @@ mod errors;
 mod estimate;
 mod face;
 mod fused;
+mod plane;
 mod pnp;
 mod three_point;
 
@@ -30,5 +31,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(pnp::pnp, module)?)?;
     module.add_function(wrap_pyfunction!(pnp::planar_poses, module)?)?;
     module.add_function(wrap_pyfunction!(fused::fused, module)?)?;
+    module.add_function(wrap_pyfunction!(plane::fit_plane, module)?)?;
     Ok(())
 }
