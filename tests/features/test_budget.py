@@ -40,6 +40,14 @@ def test_a_strong_crowd_does_not_take_the_places_of_weak_features_elsewhere():
     assert np.count_nonzero(kept.responses > 1.0) == 170
 
 
+@pytest.mark.parametrize("place", [(10, 450), (600, 10)])
+def test_cells_are_told_apart_along_both_axes(place):
+    # A crowd in the first cell; the weakest feature of all straight below or beside it.
+    points = [(x, y) for x in range(1, 39, 2) for y in range(1, 39, 2)]
+    kept = spread(features([*points, place], [9.0] * len(points) + [1.0]), 5, SIZE)
+    assert np.count_nonzero(kept.responses == 1.0) == 1
+
+
 def test_within_a_cell_the_strongest_stay():
     rng = np.random.default_rng(1)
     cell = features(rng.uniform(1, 39, (50, 2)), rng.permutation(50))
