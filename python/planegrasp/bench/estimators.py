@@ -205,6 +205,7 @@ def _summarise(
             "success = mean corner error < 5 px; errors and times are over all frames of a group",
             "frames with fewer than ten matches that pass the ratio test are no candidates",
             "+ refine: over all matches that agree, as the detector does",
+            *(f"{name} is not installed" for name in ESTIMATORS if name not in available()),
         ),
     )
 

@@ -90,7 +90,7 @@ def poses(share: float) -> dict[str, RigidTransform]:
     return {
         # Leans back to 65° and rises again, while its axis wanders.
         "astronaut": facing_pose(
-            np.array([-0.23 + 0.03 * math.sin(turn), -0.08, 0.71 + 0.08 * math.sin(turn)]),
+            np.array([-0.23 + 0.03 * math.sin(turn), -0.09, 0.71 + 0.08 * math.sin(turn)]),
             tilt=math.radians(35.0 - 30.0 * math.cos(turn)),
             axis=math.radians(70.0 + 60.0 * share),
             roll=math.radians(-12.0 + 30.0 * share),
