@@ -32,7 +32,7 @@ def assert_clean(files):
 
 def test_kills_at_random_times(tmp_path):
     result = run(tmp_path / "objects", "random", 1, 40)
-    assert result["kills"] == 40
+    assert result["kills"] >= 40
     # Both states were met, and several kills really hit the middle of a save.
     assert {0, 1} <= set(result["states"])
     assert result["interrupted"] >= 5
