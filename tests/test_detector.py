@@ -95,6 +95,19 @@ def test_an_object_is_found_with_its_corners_and_pose(detector, taught, name, ti
     assert len(found.euler) == 3
 
 
+@pytest.mark.parametrize("width", [150, 511])
+def test_no_half_pixel_of_the_reference_is_lost(photo, width):
+    # Small references are used as they are, large ones shrunk; half a pixel is 0.8 and 0.3 mm.
+    model = ObjectModel.from_image("a", photo("astronaut", width=width), 0.25)
+    detector = Detector([model])
+    offsets = []
+    for roll in range(4):
+        T = pose(tilt=15, roll=roll)
+        (found,) = detector.detect(frame_of((model, T), seed=roll).frame)
+        offsets.append((T.inv() * found.T_camera_object).translation[:2])
+    assert 1e3 * np.abs(np.mean(offsets, axis=0)).max() < 0.12
+
+
 @pytest.mark.parametrize("extractor", ["sift", "akaze", "brisk", "orb"])
 def test_every_extractor_finds_it_straight_on(detector, taught, extractor):
     T = pose(tilt=15)
@@ -173,6 +186,16 @@ def test_lens_distortion_is_taken_out_and_put_back(detector, taught):
     ignored = RGBDFrame(rendering.frame.color, rendering.frame.depth, CAMERA)
     (wrong,) = detector("astronaut").detect(ignored)
     assert pose_errors(wrong, T)[0] > 1.5 * pose_errors(found, T)[0]
+
+
+def test_a_strong_lens_does_not_make_the_face_look_unlike_its_reference(detector, taught):
+    # A wide-angle lens: without undistortion the face would be compared tens of pixels off.
+    barrel = PinholeCamera(640, 480, 420.0, 420.0, 319.5, 239.5, (-0.3, 0.1, 0.0, 0.0, -0.015))
+    T = pose(0.25, 0.14, 0.6, tilt=15)
+    rendering = frame_of((taught("astronaut"), T), camera=barrel)
+    (found,) = detector("astronaut").detect(rendering.frame)
+    assert_found(found, rendering, 0, T)
+    assert found.faces[0].agreement > 0.85
 
 
 # --- without depth ---------------------------------------------------------------------------
