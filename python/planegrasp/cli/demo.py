@@ -27,7 +27,7 @@ def demo(
     output: Annotated[
         Path, typer.Option("--output", "-o", help="Folder for everything that is written.")
     ] = Path("out/demo"),
-    frames: Annotated[int, typer.Option(min=2, help="How many to render.")] = 16,
+    frames: Annotated[int, typer.Option(min=2, help="How many to render.")] = 12,
     seed: Annotated[int, typer.Option(min=0, help="Of the sensors' noise.")] = 0,
     as_json: JsonOption = False,
 ) -> None:

@@ -78,7 +78,7 @@ class Demo:
     """
 
     path: Path
-    frames: int = 16
+    frames: int = 12
     seed: int = 0
     models: tuple[ObjectModel, ...] = field(default_factory=demo_objects)
 
