@@ -134,3 +134,42 @@ def fit_plane(
     Raises:
         InvalidInputError: for other shapes.
     """
+
+def estimate_homography(
+    source: NDArray[np.float64],
+    target: NDArray[np.float64],
+    *,
+    threshold: float,
+    max_iterations: int,
+    seed: int = 0,
+) -> tuple[NDArray[np.float64], int] | None:
+    """Homography (3×3, source to target) that most matches agree with, and how many do.
+
+    Args:
+        source: N×2, the likeliest matches first: they are sampled first.
+        target: N×2.
+        threshold: largest distance from where the homography puts a point [target unit].
+        max_iterations: of the random sampling.
+        seed: of the random sampling.
+
+    Returns:
+        The homography and the number of inliers, or None where no four matches give one.
+
+    Raises:
+        InvalidInputError: for other shapes, values that are not finite, or a threshold ≤ 0.
+    """
+
+def refine_homography(
+    source: NDArray[np.float64],
+    target: NDArray[np.float64],
+    start: NDArray[np.float64],
+    scale: float,
+) -> NDArray[np.float64] | None:
+    """A homography refined on all matches (N×2 each) under Cauchy's loss of this scale.
+
+    Returns:
+        3×3, or None where the matches determine none.
+
+    Raises:
+        InvalidInputError: for other shapes, or a scale ≤ 0.
+    """

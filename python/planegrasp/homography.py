@@ -1,7 +1,7 @@
 """From matches to a verified homography of one face (paper, Algorithm 1: RANSAC homography).
 
-Estimation is PoseLib's locally optimised RANSAC with progressive sampling; docs/decisions has the
-comparison with others. Verification asks whether the result can be a view of the face at all.
+Estimation is a locally optimised RANSAC with progressive sampling, in the core; docs/decisions has
+the comparison with others. Verification asks whether the result can be a view of the face at all.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
-import poselib
 
+from planegrasp import _core
 from planegrasp.errors import InvalidInputError
 from planegrasp.matching.support import supported
 
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 # Rounds of collecting the matches that agree and fitting to them.
 _REFINEMENTS = 2
+# Scale of the loss in refinement over the threshold: most inliers are far better than the worst.
+_LOSS_SCALE = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,23 +118,13 @@ def _estimate(
 ) -> HomographyEstimate | None:
     """Robust homography from matches, those with the smallest `order` sampled first."""
     best_first = np.argsort(order, kind="stable")
-    ransac = {
-        "max_reproj_error": config.threshold,
-        "max_iterations": config.iterations,
-        "min_iterations": 100,
-        "success_prob": 0.9999,
-        "progressive_sampling": True,
-        "seed": 0,
-    }
-    matrix, result = poselib.estimate_homography(
+    found = _core.estimate_homography(
         matches.reference_points[best_first],
         matches.image_points[best_first],
-        ransac,
-        _bundle(config),
+        threshold=config.threshold,
+        max_iterations=config.iterations,
     )
-    if result["num_inliers"] < 4:
-        return None
-    return refine(matrix, candidates, face, config)
+    return None if found is None else refine(found[0], candidates, face, config)
 
 
 def refine(
@@ -153,19 +145,18 @@ def refine(
         inliers = _one_per_place(candidates.agreeing(face, normalised, config.threshold))
         if len(inliers) < 4:
             return None
-        matrix, _ = poselib.refine_homography(
-            inliers.reference_points, inliers.image_points, normalised, _bundle(config)
+        refined = _core.refine_homography(
+            inliers.reference_points,
+            inliers.image_points,
+            normalised,
+            _LOSS_SCALE * config.threshold,
         )
+        matrix = normalised if refined is None else refined
     final = _normalise(matrix)
     if final is None:
         return None
     inliers = _one_per_place(candidates.agreeing(face, final, config.threshold))
     return HomographyEstimate(final, inliers)
-
-
-def _bundle(config: HomographyConfig) -> dict[str, object]:
-    """PoseLib's options of the non-linear refinement."""
-    return {"loss_type": "CAUCHY", "loss_scale": config.threshold / 3}
 
 
 def apply_homography(matrix: Float64Array, points: Float64Array) -> Float64Array:

@@ -26,6 +26,7 @@ pub mod error;
 pub mod estimate;
 pub mod face;
 pub mod fused;
+pub mod homography;
 pub mod ippe;
 pub mod lm;
 #[cfg(test)]

@@ -13,6 +13,7 @@ mod errors;
 mod estimate;
 mod face;
 mod fused;
+mod homography;
 mod plane;
 mod pnp;
 mod three_point;
@@ -32,5 +33,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(pnp::planar_poses, module)?)?;
     module.add_function(wrap_pyfunction!(fused::fused, module)?)?;
     module.add_function(wrap_pyfunction!(plane::fit_plane, module)?)?;
+    module.add_function(wrap_pyfunction!(homography::estimate_homography, module)?)?;
+    module.add_function(wrap_pyfunction!(homography::refine_homography, module)?)?;
     Ok(())
 }
