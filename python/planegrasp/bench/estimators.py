@@ -11,7 +11,7 @@ import numpy as np
 
 from planegrasp.bench import textures
 from planegrasp.bench.result import BenchResult
-from planegrasp.bench.robust import ESTIMATORS, REFINED, available, refined
+from planegrasp.bench.robust import ESTIMATORS, REFINED, installed, refined
 from planegrasp.bench.scenes import CORNER_TOLERANCE, corner_error, photograph, view
 from planegrasp.detector import DetectorConfig
 from planegrasp.features import make_extractor
@@ -96,7 +96,7 @@ class _Matcher:
 
 def run(seed: int, settings: EstimatorsSettings, advance: Callable[[], None]) -> BenchResult:
     """Give every estimator the same matches, those that pass the ratio test, best first."""
-    estimators = available()
+    estimators = {name: e for name, e in ESTIMATORS.items() if installed(name)}
     trials: dict[tuple[str, str], list[Trial]] = {}
     extractor = make_extractor("sift")
     for number, name in enumerate(settings.photographs):
@@ -143,6 +143,8 @@ def _compare(
         seconds = time.perf_counter() - start
         trials[name] = Trial(_error(matrix, corners, truth), seconds)
     for name, estimator in REFINED.items():
+        if not installed(name):
+            continue
         start = time.perf_counter()
         matrix = refined(estimator, source, target, candidates)
         seconds = time.perf_counter() - start
@@ -205,7 +207,7 @@ def _summarise(
             "success = mean corner error < 5 px; errors and times are over all frames of a group",
             "frames with fewer than ten matches that pass the ratio test are no candidates",
             "+ refine: over all matches that agree, as the detector does",
-            *(f"{name} is not installed" for name in ESTIMATORS if name not in available()),
+            *(f"{name} is not installed" for name in ESTIMATORS if not installed(name)),
         ),
     )
 

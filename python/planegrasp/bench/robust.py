@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
-import poselib
 from numpy.typing import NDArray
 
+from planegrasp import _core
 from planegrasp.homography import HomographyConfig, refine
 
 if TYPE_CHECKING:
@@ -44,6 +44,8 @@ def _opencv(source: Points, target: Points, *, method: int) -> Points | None:
 
 
 def _poselib(source: Points, target: Points, *, progressive: bool) -> Points | None:
+    import poselib
+
     options = {
         "max_reproj_error": _LIMITS.threshold,
         "max_iterations": _LIMITS.iterations,
@@ -55,6 +57,13 @@ def _poselib(source: Points, target: Points, *, progressive: bool) -> Points | N
     bundle = {"loss_type": "CAUCHY", "loss_scale": _LIMITS.threshold / 3}
     matrix, result = poselib.estimate_homography(source, target, options, bundle)
     return np.asarray(matrix, dtype=np.float64) if result["num_inliers"] >= 4 else None
+
+
+def _planegrasp(source: Points, target: Points) -> Points | None:
+    found = _core.estimate_homography(
+        source, target, threshold=_LIMITS.threshold, max_iterations=_LIMITS.iterations
+    )
+    return None if found is None else found[0]
 
 
 def _kornia(source: Points, target: Points) -> Points | None:
@@ -86,13 +95,16 @@ ESTIMATORS: dict[str, Estimator] = {
     "PoseLib uniform": partial(_poselib, progressive=False),
     "PoseLib progressive": partial(_poselib, progressive=True),
     "kornia-rs": _kornia,
+    "planegrasp": _planegrasp,
 }
 
-# What the detector does is PoseLib's, refined; beside it the fastest of the others, refined.
+# What the detector does is our own, refined; beside it the best of the others, refined.
 REFINED = {
     "USAC_PROSAC + refine": ESTIMATORS["OpenCV USAC_PROSAC"],
-    "PoseLib prog. + refine": ESTIMATORS["PoseLib progressive"],
+    "PoseLib + refine": ESTIMATORS["PoseLib progressive"],
+    "planegrasp + refine": ESTIMATORS["planegrasp"],
 }
+_PACKAGES = {"PoseLib": "poselib", "kornia-rs": "kornia_rs"}
 
 
 def refined(
@@ -104,7 +116,7 @@ def refined(
     return None if estimate is None else estimate.matrix
 
 
-def available() -> dict[str, Estimator]:
-    """The estimators whose libraries are installed."""
-    missing = {"kornia-rs"} if find_spec("kornia_rs") is None else set()
-    return {name: e for name, e in ESTIMATORS.items() if name not in missing}
+def installed(name: str) -> bool:
+    """Whether the library of an estimator is installed."""
+    package = next((p for prefix, p in _PACKAGES.items() if name.startswith(prefix)), None)
+    return package is None or find_spec(package) is not None
