@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from planegrasp.bench.robust import ESTIMATORS, installed
+from planegrasp.bench.robust import ESTIMATORS, REFINED, installed
 from planegrasp.homography import apply_homography
 
 H = np.array([[0.7, -0.2, 120.0], [0.15, 0.6, 80.0], [2e-4, -1e-4, 1.0]])
@@ -43,3 +43,12 @@ def test_where_nothing_fits_there_is_no_exception(name):
     target = np.random.default_rng(0).uniform(0, 400, (12, 2))
     matrix = ESTIMATORS[name](source, target)
     assert matrix is None or matrix.shape == (3, 3)
+
+
+def test_libraries_that_are_not_installed_are_left_out(monkeypatch):
+    monkeypatch.setattr("planegrasp.bench.robust.find_spec", lambda name: None)
+    left = [name for name in (*ESTIMATORS, *REFINED) if installed(name)]
+    assert "PoseLib progressive" not in left
+    assert "PoseLib + refine" not in left
+    assert "kornia-rs" not in left
+    assert {"OpenCV RANSAC", "planegrasp", "planegrasp + refine"} <= set(left)
