@@ -66,7 +66,7 @@ class PoseSettings:
     @classmethod
     def quick(cls) -> PoseSettings:
         """Under a minute."""
-        return cls(frames=3)
+        return cls(frames=2)
 
     @property
     def conditions(self) -> list[tuple[float, int, bool]]:

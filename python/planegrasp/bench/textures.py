@@ -35,7 +35,6 @@ _BACKGROUNDS = (
     "motorcycle_left.png",
     "motorcycle_right.png",
     "coins.png",
-    "page.png",
     "text.png",
     "camera.png",
 )

@@ -59,7 +59,7 @@ class TiltSettings:
     @classmethod
     def quick(cls) -> TiltSettings:
         """Under a minute: no more than an impression."""
-        return cls(frames=2, tilts_deg=(0, 30, 45, 55, 60, 70, 75))
+        return cls(frames=2, tilts_deg=(0, 45, 60, 70, 75))
 
     @property
     def steps(self) -> int:
