@@ -11,11 +11,13 @@ from planegrasp.bench.scenes import CAMERA, facing_pose, rectangles
 from planegrasp.bench.textures import OBJECTS, backgrounds
 from planegrasp.detector import Detector, DetectorConfig
 from planegrasp.errors import InvalidInputError, LibraryError
+from planegrasp.features import SIFT, SIFTConfig
 from planegrasp.features.oblique import FRONTAL, ObliqueConfig
 from planegrasp.geometry import PinholeCamera, RigidTransform, Rotation
 from planegrasp.homography import HomographyConfig
 from planegrasp.library import ObjectLibrary
 from planegrasp.objects import ObjectModel
+from planegrasp.pose import FusedConfig, FusedEstimator
 from planegrasp.rgbd import RGBDFrame
 from planegrasp.simulation import Rectangle, render
 
@@ -136,6 +138,20 @@ def test_every_pose_method_will_do(detector, taught, method, mm, degrees):
     rendering = frame_of((taught("astronaut"), T), board)
     (found,) = detector("astronaut", pose=method).detect(rendering.frame)
     assert_found(found, rendering, 0, T, mm=mm, degrees=degrees)
+
+
+def test_stages_with_settings_of_their_own_are_used(taught):
+    T = pose()
+    frame = frame_of((taught("coffee"), T)).frame
+    few = SIFT(SIFTConfig(max_features=300))
+    exact = FusedEstimator(FusedConfig(size_sigma=0.0, pixel_sigma=0.5))
+    config = DetectorConfig(extractor=few, pose=exact)
+    custom = Detector([taught("coffee")], config).explain(frame)
+    default = Detector([taught("coffee")]).explain(frame)
+    assert custom.faces[0].figures["features"] <= 300 < default.faces[0].figures["features"]
+    ours, theirs = custom.detections[0].covariance, default.detections[0].covariance
+    # A size without doubt leaves less doubt about the distance.
+    assert np.sqrt(np.trace(ours[:3, :3])) < 0.5 * np.sqrt(np.trace(theirs[:3, :3]))
 
 
 def test_where_the_method_gives_no_pose_the_detection_says_why(detector, taught):

@@ -27,10 +27,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from planegrasp.detection import FaceDetection
+    from planegrasp.features import Extractor
     from planegrasp.geometry import PinholeCamera
     from planegrasp.grouping import Found
     from planegrasp.objects import ObjectModel
-    from planegrasp.pose.base import PoseEstimate
+    from planegrasp.pose.base import PoseEstimate, PoseEstimator
     from planegrasp.references import FaceReference
     from planegrasp.rgbd import RGBDFrame
 
@@ -40,10 +41,12 @@ class DetectorConfig:
     """Settings of the detector; the defaults are the best all-round choice.
 
     Attributes:
-        extractor: "sift", "akaze", "brisk" or "orb".
+        extractor: "sift", "akaze", "brisk" or "orb", or an extractor with settings of its own, for
+            example `SIFT(SIFTConfig(max_features=2000))`.
         matcher: "flann-kdtree", "flann-kmeans", "flann-lsh" or "brute-force"; "" takes
             flann-kdtree for vectors and brute-force for bit strings.
-        pose: "fused", "pnp" or "three_point".
+        pose: "fused", "pnp" or "three_point", or an estimator with settings of its own, for example
+            `FusedEstimator(FusedConfig(size_sigma=0.0))` where the taught size is exact.
         oblique: the views of each face that are learnt; None makes them for SIFT only.
         reference_side: longest side of the reference image that features are taken from [px].
         neighbours: how many nearest descriptors are looked at; more than a point has views.
@@ -53,9 +56,9 @@ class DetectorConfig:
         homography: settings of estimation and verification.
     """
 
-    extractor: str = "sift"
+    extractor: str | Extractor = "sift"
     matcher: str = ""
-    pose: str = "fused"
+    pose: str | PoseEstimator = "fused"
     oblique: ObliqueConfig | None = None
     reference_side: int = 400
     neighbours: int = 16
@@ -86,8 +89,9 @@ class Detector:
         self, library: ObjectLibrary | Iterable[ObjectModel], config: DetectorConfig | None = None
     ) -> None:
         self.config = config or DetectorConfig()
-        self._extractor = make_extractor(self.config.extractor)
-        self._pose = make_pose_estimator(self.config.pose)
+        extractor, pose = self.config.extractor, self.config.pose
+        self._extractor = make_extractor(extractor) if isinstance(extractor, str) else extractor
+        self._pose = make_pose_estimator(pose) if isinstance(pose, str) else pose
         self.references: tuple[FaceReference, ...] = tuple(self._prepare(library))
         if not self.references:
             raise LibraryError("the library is empty: teach an object first (`planegrasp teach`)")
@@ -183,7 +187,7 @@ class Detector:
     def _prepare(self, library: ObjectLibrary | Iterable[ObjectModel]) -> Iterator[FaceReference]:
         oblique = self.config.oblique
         if oblique is None:
-            oblique = ObliqueConfig() if self.config.extractor == "sift" else FRONTAL
+            oblique = ObliqueConfig() if self._extractor.name == "sift" else FRONTAL
         names: set[str] = set()
         for model in library:
             if model.name in names:

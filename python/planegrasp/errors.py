@@ -59,6 +59,6 @@ class MissingExtraError(PlanegraspError, ImportError):
 
     def __init__(self, feature: str, extra: str) -> None:
         super().__init__(
-            f"{feature} needs an optional dependency: install it with "
+            f"an optional dependency is missing for {feature}: install it with "
             f"`pip install 'planegrasp[{extra}]'`"
         )

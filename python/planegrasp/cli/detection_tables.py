@@ -62,7 +62,7 @@ def _summary_table(source: str, summary: Summary) -> Table:
     one = summary.frames == 1
     table = _table(f"{source}, {'1 frame' if one else f'{summary.frames} frames'}")
     table.add_column("object", overflow="fold")
-    for heading in ("found", "inliers", "m away", "x, y, z [m]", "roll, pitch, yaw [°]"):
+    for heading in ("found", "inliers", "m away", "x, y, z, m", "roll, pitch, yaw, °"):
         table.add_column(heading, justify="right", no_wrap=True)
     if not one:
         table.caption = (
