@@ -22,10 +22,11 @@ if TYPE_CHECKING:
 
     from planegrasp.detection import DetectionReport
     from planegrasp.detector import Detector
-    from planegrasp.io.sinks import ResultSink, Summary
+    from planegrasp.io.sinks import Summary
     from planegrasp.io.sources import FrameSource
     from planegrasp.library import ObjectLibrary
     from planegrasp.objects import ObjectModel
+    from planegrasp.results import ResultSink
     from planegrasp.rgbd import RGBDFrame
 
 _TO_OUTPUT = "-"

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
     from planegrasp.demo.scene import Shot
     from planegrasp.detection import Detection
-    from planegrasp.io.sinks import ResultSink
     from planegrasp.objects import ObjectModel
+    from planegrasp.results import ResultSink
 
 _DEPTH_SCALE = 0.0002  # metres a unit: finer than the sensor's steps
 _CELL_WIDTH = 390  # of the filmstrip [px]

@@ -23,14 +23,13 @@ import cv2
 import numpy as np
 
 from planegrasp.errors import MissingExtraError
+from planegrasp.results import ResultSink
 from planegrasp.viz.geometry import face_size
 from planegrasp.viz.palette import AXIS_COLORS, color_of
 from planegrasp.viz.undistorted import Undistorted
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
-    from types import TracebackType
-    from typing import Self
 
     from numpy.typing import NDArray
 
@@ -46,8 +45,8 @@ _TEXTURE_SIDE = 384  # [px]
 _DEPTH_UNITS = 5_000  # units a metre of the stored depth image: 16 bits reach 13 m
 
 
-class RerunRecording:
-    """A `ResultSink` that writes a Rerun recording.
+class RerunRecording(ResultSink):
+    """Writes a Rerun recording.
 
     Raises:
         MissingExtraError: rerun-sdk is not installed.
@@ -109,17 +108,6 @@ class RerunRecording:
         """Write what is still buffered and close the file."""
         self._stream.flush()
         self._stream.disconnect()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def _log(self, path: Sequence[str], what: Any, *, static: bool = False) -> None:
         self._stream.log(list(path), what, static=static, strict=True)

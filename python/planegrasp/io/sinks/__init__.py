@@ -2,7 +2,6 @@
 
 from planegrasp.io.sinks.annotated_images import AnnotatedImageWriter
 from planegrasp.io.sinks.as_dict import detection_to_dict, face_report_to_dict, frame_to_dict
-from planegrasp.io.sinks.base import ResultSink
 from planegrasp.io.sinks.json_lines import JsonLinesWriter
 from planegrasp.io.sinks.summary import ObjectSummary, Summary
 
@@ -10,7 +9,6 @@ __all__ = [
     "AnnotatedImageWriter",
     "JsonLinesWriter",
     "ObjectSummary",
-    "ResultSink",
     "Summary",
     "detection_to_dict",
     "face_report_to_dict",

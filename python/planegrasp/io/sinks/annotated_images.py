@@ -7,20 +7,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from planegrasp.io.images import write_color
+from planegrasp.results import ResultSink
 from planegrasp.viz.overlay import draw_detections
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
-    from types import TracebackType
-    from typing import Self
 
     from planegrasp.detection import Detection
     from planegrasp.rgbd import RGBDFrame
     from planegrasp.viz.palette import RGB
 
 
-class AnnotatedImageWriter:
-    """A `ResultSink` that writes `FOLDER/FRAME.png`, see `planegrasp.viz.overlay`."""
+class AnnotatedImageWriter(ResultSink):
+    """Writes `FOLDER/FRAME.png`, see `planegrasp.viz.overlay`."""
 
     def __init__(self, folder: str | Path, colors: Mapping[str, RGB] | None = None) -> None:
         """Write into a folder, which is created; colours by object name as `object_colors` gives.
@@ -43,14 +42,3 @@ class AnnotatedImageWriter:
         image = draw_detections(frame, detections, self._colors)
         write_color(self.folder / f"{name}.png", image)
         self._written += 1
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        """Nothing is held open."""

@@ -7,18 +7,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from planegrasp.io.sinks.as_dict import frame_to_dict
+from planegrasp.results import ResultSink
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from types import TracebackType
-    from typing import Self, TextIO
+    from typing import TextIO
 
     from planegrasp.detection import Detection
     from planegrasp.rgbd import RGBDFrame
 
 
-class JsonLinesWriter:
-    """A `ResultSink` that writes one JSON object a frame, keys as in `as_dict`'s docstring.
+class JsonLinesWriter(ResultSink):
+    """Writes one JSON object a frame, keys as in `as_dict`'s docstring.
 
     Every line is flushed: a program that follows the file has a frame as soon as it is done, and
     a kill loses at most the line that is being written.
@@ -48,14 +48,7 @@ class JsonLinesWriter:
         self._stream.write(line + "\n")
         self._stream.flush()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
+        """Close the file; a stream that was given stays open."""
         if self._owned:
             self._stream.close()

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planegrasp.io.sinks.as_dict import detection_to_dict
+from planegrasp.results import ResultSink
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
-    from types import TracebackType
-    from typing import Self
 
     from planegrasp.detection import Detection
     from planegrasp.rgbd import RGBDFrame
@@ -55,8 +54,8 @@ class ObjectSummary:
         }
 
 
-class Summary:
-    """A `ResultSink` that counts.
+class Summary(ResultSink):
+    """Counts.
 
     Attributes:
         frames: number of frames seen.
@@ -83,14 +82,3 @@ class Summary:
             if found.pose is not None:
                 translation = found.pose.T_camera_object.translation
                 entry.distances.append(float(np.linalg.norm(translation)))
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        """Nothing is held open."""

@@ -1,8 +1,9 @@
-"""What a result sink is."""
+"""What takes the results of one frame after another."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -13,22 +14,27 @@ if TYPE_CHECKING:
     from planegrasp.rgbd import RGBDFrame
 
 
-class ResultSink(Protocol):
-    """Takes the detections of one frame after another; a context manager that closes at the end."""
+class ResultSink(ABC):
+    """Stores or shows the detections of frames; a context manager that closes at the end."""
 
+    @abstractmethod
     def write(self, frame: RGBDFrame, detections: Sequence[Detection]) -> None:
         """Store the detections of one frame.
 
         Raises:
             OSError: it cannot be written.
         """
-        ...
 
-    def __enter__(self) -> Self: ...
+    def close(self) -> None:  # noqa: B027 - most sinks hold nothing open
+        """Write what is still buffered and release what is held open."""
+
+    def __enter__(self) -> Self:
+        return self
 
     def __exit__(
         self,
         kind: type[BaseException] | None,
         error: BaseException | None,
         traceback: TracebackType | None,
-    ) -> None: ...
+    ) -> None:
+        self.close()
