@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from planegrasp.features._opencv import SMALLEST_SIDE, check_gray, to_features
+from planegrasp.features.budget import spread
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -24,10 +25,10 @@ class AKAZEConfig:
         threshold: of the detector's response (OpenCV: 0.001); lower finds more.
         octaves: of the non-linear scale space.
         octave_layers: scales an octave.
-        max_features: the strongest are kept; -1 = all.
+        max_features: a budget, spread over the image; 0 = all.
     """
 
-    threshold: float = 5e-4
+    threshold: float = 1e-4
     octaves: int = 4
     octave_layers: int = 4
     max_features: int = 4000
@@ -52,7 +53,8 @@ class AKAZE:
             threshold=c.threshold,
             nOctaves=c.octaves,
             nOctaveLayers=c.octave_layers,
-            max_points=c.max_features,
+            max_points=-1,
         )
         keypoints, descriptors = akaze.detectAndCompute(image, None)
-        return to_features(keypoints, descriptors, empty)
+        features = to_features(keypoints, descriptors, empty)
+        return spread(features, c.max_features, (image.shape[1], image.shape[0]))

@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 
 from planegrasp.features._opencv import check_gray, to_features
+from planegrasp.features.budget import spread
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -33,7 +34,7 @@ class BRISKConfig:
         threshold: of the FAST corners [grey levels].
         levels: of the pyramid; 1 = the image only, as in the paper.
         scale_factor: between pyramid levels.
-        max_features: the strongest are kept.
+        max_features: a budget, spread over the image; 0 = all.
     """
 
     threshold: int = 15
@@ -55,10 +56,11 @@ class BRISK:
         image = check_gray(gray)
         brisk = cv2.xfeatures2d.BRISK.create()
         keypoints, descriptors = brisk.compute(image, self._corners(image))
-        return to_features(keypoints, descriptors, np.zeros((0, 64), np.uint8))
+        features = to_features(keypoints, descriptors, np.zeros((0, 64), np.uint8))
+        return spread(features, self.config.max_features, (image.shape[1], image.shape[0]))
 
     def _corners(self, image: NDArray[np.uint8]) -> list[cv2.KeyPoint]:
-        """FAST corners over the pyramid, the strongest first."""
+        """FAST corners over the pyramid."""
         c = self.config
         fast = cv2.FastFeatureDetector.create(threshold=c.threshold)
         height, width = image.shape
@@ -76,5 +78,4 @@ class BRISK:
                 corner.pt = ((x + 0.5) * sx - 0.5, (y + 0.5) * sy - 0.5)
                 corner.size = _BASE_SIZE * scale
                 corners.append(corner)
-        corners.sort(key=lambda k: -k.response)
-        return corners[: c.max_features]
+        return corners

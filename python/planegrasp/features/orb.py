@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from planegrasp.features._opencv import SMALLEST_SIDE, check_gray, to_features
+from planegrasp.features.budget import spread
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -16,12 +17,16 @@ if TYPE_CHECKING:
     from planegrasp.features.base import Features
 
 
+# ORB keeps the strongest of each level; more than the budget, so that there is a choice.
+_SURPLUS = 4
+
+
 @dataclass(frozen=True, slots=True)
 class ORBConfig:
     """Settings of ORB.
 
     Attributes:
-        max_features: the strongest are kept.
+        max_features: a budget, spread over the image.
         scale_factor: between pyramid levels.
         levels: of the pyramid.
         fast_threshold: of the FAST corners [grey levels].
@@ -49,7 +54,7 @@ class ORB:
             return to_features((), None, empty)
         c = self.config
         orb = cv2.ORB.create(
-            nfeatures=c.max_features,
+            nfeatures=_SURPLUS * c.max_features,
             scaleFactor=c.scale_factor,
             nlevels=c.levels,
             fastThreshold=c.fast_threshold,
@@ -65,4 +70,4 @@ class ORB:
                 x * width / round(width / scale) - 0.5,
                 y * height / round(height / scale) - 0.5,
             )
-        return to_features(keypoints, descriptors, empty)
+        return spread(to_features(keypoints, descriptors, empty), c.max_features, (width, height))
