@@ -9,7 +9,6 @@ import cv2
 import numpy as np
 
 from planegrasp.features._opencv import SMALLEST_SIDE, check_gray, to_features
-from planegrasp.features.budget import spread
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -17,16 +16,12 @@ if TYPE_CHECKING:
     from planegrasp.features.base import Features
 
 
-# ORB keeps the strongest of each level; more than the budget, so that there is a choice.
-_SURPLUS = 4
-
-
 @dataclass(frozen=True, slots=True)
 class ORBConfig:
     """Settings of ORB.
 
     Attributes:
-        max_features: a budget, spread over the image.
+        max_features: the strongest are kept.
         scale_factor: between pyramid levels.
         levels: of the pyramid.
         fast_threshold: of the FAST corners [grey levels].
@@ -54,7 +49,7 @@ class ORB:
             return to_features((), None, empty)
         c = self.config
         orb = cv2.ORB.create(
-            nfeatures=_SURPLUS * c.max_features,
+            nfeatures=c.max_features,
             scaleFactor=c.scale_factor,
             nlevels=c.levels,
             fastThreshold=c.fast_threshold,
@@ -70,4 +65,4 @@ class ORB:
                 x * width / round(width / scale) - 0.5,
                 y * height / round(height / scale) - 0.5,
             )
-        return spread(to_features(keypoints, descriptors, empty), c.max_features, (width, height))
+        return to_features(keypoints, descriptors, empty)
