@@ -78,9 +78,6 @@ def assert_found(detection, rendering, index, truth, *, pixels=0.6, mm=1.0, degr
     assert off_degrees < degrees
 
 
-# --- one object ------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("name", ["astronaut", "coffee", "retina"])
 @pytest.mark.parametrize("tilt", [0.0, 45.0])
 def test_an_object_is_found_with_its_corners_and_pose(detector, taught, name, tilt):
@@ -214,9 +211,6 @@ def test_a_strong_lens_does_not_make_the_face_look_unlike_its_reference(detector
     assert found.faces[0].agreement > 0.85
 
 
-# --- without depth ---------------------------------------------------------------------------
-
-
 def without_depth(frame):
     return RGBDFrame(frame.color, None, frame.camera)
 
@@ -251,9 +245,6 @@ def test_a_small_distant_view_without_depth_does_not_flip_silently(detector, tau
                 off = min(off, np.degrees(other))
             assert off < 6
     assert ambiguous >= 2
-
-
-# --- several ---------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("places", [[(-0.16, 0.0), (0.16, 0.03)],
@@ -292,8 +283,6 @@ def test_an_object_in_the_library_but_not_in_the_frame_is_not_found(detector, ta
     frame = frame_of((taught("astronaut"), pose())).frame
     assert [d.name for d in detector("astronaut", "coffee").detect(frame)] == ["astronaut"]
 
-
-# --- boxes -----------------------------------------------------------------------------------
 
 BOX = (0.2, 0.15, 0.12)
 
@@ -340,9 +329,6 @@ def test_two_boxes_in_one_frame_are_two_detections(carton):
         off = min(pose_errors(d, T) for d in found)
         assert off[0] < 5
         assert off[1] < 1.5
-
-
-# --- explanations ----------------------------------------------------------------------------
 
 
 def report_of(detector, frame, name):
@@ -411,9 +397,6 @@ def test_the_check_that_refused_is_named(taught, settings, reason):
     assert re.search(reason, report.reason), report.reason
 
 
-# --- libraries -------------------------------------------------------------------------------
-
-
 def test_an_empty_library_is_refused(tmp_path):
     with pytest.raises(LibraryError, match="library is empty: teach an object first"):
         Detector([])
@@ -478,9 +461,6 @@ def test_features_from_the_cache_find_the_same(taught, tmp_path):
     first, second = (Detector(library, config).detect(frame) for _ in range(2))
     assert list(library.cache_dir("astronaut").iterdir())
     np.testing.assert_array_equal(first[0].corners, second[0].corners)
-
-
-# --- determinism and false positives ---------------------------------------------------------
 
 
 def as_numbers(detections):

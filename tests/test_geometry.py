@@ -44,9 +44,6 @@ def lenses(draw):
     return PinholeCamera(640, 480, 525.0, 520.0, 319.5, 239.5, draw(distortions))
 
 
-# --- projection -----------------------------------------------------------------------------
-
-
 @given(camera=lenses(), points=points_in_view)
 def test_project_agrees_with_opencv(camera, points):
     expected, _ = cv2.projectPoints(
@@ -116,9 +113,6 @@ def test_pixels_of_another_shape_are_refused(points):
         PLAIN.undistort(points)
 
 
-# --- cameras that cannot be ------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
@@ -143,9 +137,6 @@ def test_impossible_cameras_are_refused_with_the_value(wrong, message):
 def test_missing_coefficients_are_zero():
     camera = PinholeCamera(640, 480, 525.0, 525.0, 319.5, 239.5, (0.1, 0.2))
     np.testing.assert_array_equal(camera.coefficients, [0.1, 0.2, 0, 0, 0])
-
-
-# --- Euler angles (paper, eq. 6-8) -----------------------------------------------------------
 
 
 @given(quaternion=rotations)
@@ -218,9 +209,6 @@ def test_rotation_angle_is_the_angle_between_the_two(angle, quaternion):
     b = a * Rotation.from_rotvec([0, angle * 0.6, angle * 0.8])
     assert rotation_angle(a, b) == pytest.approx(angle, abs=1e-7)
     assert rotation_angle(b, a) == pytest.approx(angle, abs=1e-7)
-
-
-# --- rigid transforms ------------------------------------------------------------------------
 
 
 @given(quaternion=rotations, translation=st.tuples(*[st.floats(-10, 10)] * 3))

@@ -75,9 +75,6 @@ def corner_errors(matrix, H):
     return np.linalg.norm(apply_homography(matrix, corners) - apply_homography(H, corners), axis=1)
 
 
-# --- estimation ------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("tilt", [0.0, 30.0, 65.0])
 def test_exact_matches_give_the_exact_homography(tilt):
     H = true_homography(tilt)
@@ -222,9 +219,6 @@ def test_refine_improves_a_rough_guess():
 def test_refine_has_no_answer_to_a_guess_that_no_match_agrees_with(guess):
     candidates = evidence(*scene(np.random.default_rng(9), 50))
     assert refine(guess, candidates, 0, CONFIG) is None
-
-
-# --- verification ----------------------------------------------------------------------------
 
 
 def outline(*corners):
