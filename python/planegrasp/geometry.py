@@ -106,7 +106,11 @@ class PinholeCamera:
         return any(k != 0.0 for k in self.distortion)
 
     def undistort(self, pixels: ArrayLike) -> Float64Array:
-        """Move observed pixels (N×2) to where a camera with this K and no distortion sees them."""
+        """Move observed pixels (N×2) to where a camera with this K and no distortion sees them.
+
+        A pixel that the lens model cannot reach (strong coefficients turn it back before the
+        image's corner) has no such place; it goes to a nearby one.
+        """
         points = _points(pixels, 2)
         if not self.is_distorted or not len(points):
             return points
