@@ -124,13 +124,14 @@ def library_of(number: int, rng: np.random.Generator) -> list[ObjectModel]:
 
 
 def _scene(models: Sequence[ObjectModel], rng: np.random.Generator) -> Rendering:
-    things = []
-    places = rng.permutation(len(_PLACES))
-    for model, place in zip(models, places, strict=False):
-        position = np.array([*_PLACES[place], 0.85])
-        tilt, axis, roll = rng.uniform((0, 0, 0), (np.radians(40), 2 * np.pi, 2 * np.pi))
-        things += rectangles(model, facing_pose(position, tilt, axis, roll))
+    """The models in some of the six places; the same scenery and poses however many there are."""
     scenery = textures.backgrounds()[int(rng.integers(_SCENERY))]
+    places = rng.permutation(len(_PLACES))
+    poses = rng.uniform((0, 0, 0), (np.radians(40), 2 * np.pi, 2 * np.pi), (len(_PLACES), 3))
+    things = []
+    for model, place, (tilt, axis, roll) in zip(models, places, poses, strict=False):
+        position = np.array([*_PLACES[place], 0.85])
+        things += rectangles(model, facing_pose(position, tilt, axis, roll))
     return render(things, CAMERA, rng, background=scenery)
 
 
