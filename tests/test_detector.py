@@ -319,6 +319,27 @@ def test_two_faces_of_a_box_are_one_detection_with_one_pose(carton):
     assert found.faces[0].inliers == max(face.inliers for face in found.faces)
 
 
+def test_a_face_that_only_the_other_one_leads_to_is_reported_as_found(carton):
+    rotation = Rotation.from_euler("y", 40, degrees=True) * Rotation.from_matrix(FRONT)
+    T = RigidTransform.from_components([0.0, 0.0, 0.6], rotation)
+    frame = frame_of((carton, T)).frame
+    alone = {r.face: r.figures["matches"] for r in Detector([carton]).explain(frame).faces}
+    fewer, more = sorted(alone.values())[-2:]
+    assert fewer < more
+    demanding = DetectorConfig(
+        homography=HomographyConfig(min_matches=int(more), max_loose_ratio=0.8)
+    )
+    report = Detector([carton], demanding).explain(frame)
+    (found,) = report.detections
+    assert len(found.faces) == 2
+    by_face = {r.face: r for r in report.faces}
+    for face in found.faces:
+        assert by_face[face.name].found
+        assert by_face[face.name].stage == "found"
+        assert by_face[face.name].reason == ""
+        assert by_face[face.name].figures["inliers"] == face.inliers
+
+
 def test_two_boxes_in_one_frame_are_two_detections(carton):
     turn = Rotation.from_euler("y", 35, degrees=True) * Rotation.from_matrix(FRONT)
     poses = [RigidTransform.from_components([x, 0.0, 0.8], turn) for x in (-0.17, 0.17)]

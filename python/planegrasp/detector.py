@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import cv2
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from planegrasp.detection import FaceDetection
+    from planegrasp.detection import FaceDetection, FaceReport
     from planegrasp.features import Extractor
     from planegrasp.geometry import PinholeCamera
     from planegrasp.grouping import Found
@@ -122,6 +122,7 @@ class Detector:
         watch.lap("homography")
         detections = self._with_poses(faces, view, frame)
         watch.lap("pose")
+        reports = [_with_others(report, detections) for report in reports]
         return DetectionReport(tuple(detections), tuple(reports), watch.seconds)
 
     def _with_poses(
@@ -204,6 +205,23 @@ class Detector:
                     same_place=self.config.same_place,
                     cache=cache,
                 )
+
+
+def _with_others(report: FaceReport, detections: Sequence[Detection]) -> FaceReport:
+    """The report of a face; found, too, where only the object's other faces led to it."""
+    if report.found:
+        return report
+    for detection in detections:
+        for face in detection.faces:
+            if (detection.name, face.name) == (report.object, report.face):
+                figures = {
+                    **{name: report.figures[name] for name in ("features", "matches")},
+                    "inliers": float(face.inliers),
+                    "coverage": face.coverage,
+                    "agreement": face.agreement,
+                }
+                return replace(report, found=True, stage="found", reason="", figures=figures)
+    return report
 
 
 def _undistort(gray: NDArray[np.uint8], camera: PinholeCamera) -> NDArray[np.uint8]:

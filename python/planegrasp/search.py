@@ -20,7 +20,7 @@ from planegrasp.homography import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -111,26 +111,31 @@ class FaceSearch:
     ) -> tuple[FaceDetection | None, FaceReport]:
         """One attempt at one face: matches, homography, verification."""
         reference, config, candidates = self._references[face], self._config, view.candidates
-        figures = {"features": float(len(candidates.image_points))}
+        matching = {"features": float(len(candidates.image_points))}
 
-        def report(stage: str, reason: str = "") -> FaceReport:
+        def report(
+            stage: str, reason: str = "", verified: Mapping[str, float] | None = None
+        ) -> FaceReport:
             names = reference.object.name, reference.face.name
-            return FaceReport(*names, instance, stage == "found", stage, reason, dict(figures))
+            figures = {**matching, **(verified or {})}
+            return FaceReport(*names, instance, stage == "found", stage, reason, figures)
 
         if not len(reference.set.points):
             return None, report("features", "the reference image has no features")
         matches = len(candidates.matches(face, config.max_ratio))
-        figures["matches"] = float(matches)
+        matching["matches"] = float(matches)
         refusal = (
             report("homography", f"no homography explains any four of its {matches} matches")
             if matches >= config.min_matches
             else report("matching", f"{matches} matches (at least {config.min_matches})")
         )
         for estimate in hypotheses(candidates, face, config):
+            figures: dict[str, float] = {}
             reason = self._verify(reference, estimate, view, figures)
             if not reason:
-                return self._accept(reference, estimate, view.camera, figures), report("found")
-            refusal = report("verification", reason)
+                detection = self._accept(reference, estimate, view.camera, figures)
+                return detection, report("found", verified=figures)
+            refusal = report("verification", reason, figures)
         return None, refusal
 
     def _verify(

@@ -15,7 +15,6 @@ AXIS_COLORS: tuple[RGB, RGB, RGB] = ((235, 64, 60), (70, 190, 70), (50, 110, 245
 
 INK: RGB = (24, 26, 32)
 PAPER: RGB = (255, 255, 255)
-GREY: RGB = (110, 114, 122)
 
 # Bright enough to stand out from photographs, apart from one another for most colour-blind
 # readers, and none of them one of the axis colours.
