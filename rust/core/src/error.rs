@@ -62,6 +62,28 @@ pub enum InputError {
     /// No face was given.
     #[error("a pose needs at least one face, got none")]
     NoFaces,
+    /// An image has not as many pixels as its size says.
+    #[error("an image of {width}×{height} has {} pixels, got {pixels}", width * height)]
+    ImageSize {
+        /// Width [px].
+        width: usize,
+        /// Height [px].
+        height: usize,
+        /// Number of pixels given.
+        pixels: usize,
+    },
+    /// Descriptors do not fill whole rows, or there is not one for each point.
+    #[error(
+        "{points} keypoints need {points} descriptors of {length} bytes, got {bytes} bytes in all"
+    )]
+    DescriptorCount {
+        /// Number of keypoints.
+        points: usize,
+        /// Bytes of one descriptor.
+        length: usize,
+        /// Bytes given.
+        bytes: usize,
+    },
 }
 
 /// Why there is no pose.

@@ -26,9 +26,12 @@ pub mod error;
 pub mod estimate;
 pub mod face;
 pub mod fused;
+pub mod gray_image;
 pub mod homography;
 pub mod ippe;
+pub mod keypoint;
 pub mod lm;
+pub mod matching;
 #[cfg(test)]
 mod numeric;
 pub mod plane;
@@ -51,3 +54,5 @@ pub use depth_image::DepthImage;
 pub use error::{InputError, PoseError};
 pub use estimate::PoseEstimate;
 pub use face::Face;
+pub use gray_image::GrayImage;
+pub use keypoint::Keypoint;

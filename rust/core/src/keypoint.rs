@@ -1,0 +1,16 @@
+//! Keypoints.
+
+/// A place in an image with a size and a direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Keypoint {
+    /// Column [px], pixel centres at integer coordinates.
+    pub x: f32,
+    /// Row [px].
+    pub y: f32,
+    /// Diameter of the neighbourhood that was looked at [px].
+    pub scale: f32,
+    /// Orientation [rad], from x towards y.
+    pub angle: f32,
+    /// Strength, larger is stronger.
+    pub response: f32,
+}

@@ -1,0 +1,20 @@
+//! What the index finds for a frame.
+
+/// Face of a neighbour that does not exist.
+pub const NONE: u32 = u32::MAX;
+
+/// The k nearest reference descriptors of each feature of a frame.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Candidates {
+    /// Neighbours a feature.
+    pub k: usize,
+    /// N×k index of the face, [`NONE`] where fewer were found; nearest first.
+    pub face: Vec<u32>,
+    /// N×k index within the face's [`ReferenceSet`](super::ReferenceSet).
+    pub reference: Vec<u32>,
+    /// N×k distance: Euclidean, or number of differing bits; infinite where there is none.
+    pub distance: Vec<f32>,
+    /// N: nearest distance over that of the nearest elsewhere, on the face or on another one. 0
+    /// where there is none elsewhere, 1 where two places are exactly alike, infinite without any.
+    pub ratio: Vec<f32>,
+}

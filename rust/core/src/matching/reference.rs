@@ -1,0 +1,83 @@
+//! What the index keeps of a face.
+
+use crate::InputError;
+
+/// How descriptors are compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Metric {
+    /// Vectors of bytes, by Euclidean distance.
+    Euclidean,
+    /// Strings of bits, by the number that differ.
+    Hamming,
+}
+
+/// Descriptors of one face, from all its oblique views.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReferenceSet {
+    points: Vec<[f32; 2]>,
+    frames: Vec<[f32; 4]>,
+    descriptors: Vec<u8>,
+    radius: f32,
+}
+
+impl ReferenceSet {
+    /// One face.
+    ///
+    /// `points`: reference image in edge coordinates. `frames`: 2×2 row by row, from each
+    /// keypoint's own frame to the reference image. `descriptors`: `length` bytes a point.
+    /// `radius`: two points closer than this are the same place.
+    ///
+    /// # Errors
+    /// [`InputError::DescriptorCount`] unless there is one frame and one descriptor a point.
+    pub fn new(
+        points: Vec<[f32; 2]>,
+        frames: Vec<[f32; 4]>,
+        descriptors: Vec<u8>,
+        length: usize,
+        radius: f32,
+    ) -> Result<Self, InputError> {
+        if frames.len() != points.len() || descriptors.len() != points.len() * length {
+            return Err(InputError::DescriptorCount {
+                points: points.len(),
+                length,
+                bytes: descriptors.len(),
+            });
+        }
+        Ok(Self {
+            points,
+            frames,
+            descriptors,
+            radius,
+        })
+    }
+
+    /// Number of descriptors.
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.points.is_empty()
+    }
+
+    /// Where the descriptors were taken, reference image in edge coordinates.
+    pub fn points(&self) -> &[[f32; 2]] {
+        &self.points
+    }
+
+    /// From each keypoint's own frame to the reference image, 2×2 row by row.
+    pub fn frames(&self) -> &[[f32; 4]] {
+        &self.frames
+    }
+
+    /// The descriptors, one after the other.
+    pub fn descriptors(&self) -> &[u8] {
+        &self.descriptors
+    }
+
+    /// Two points closer than this [reference px] are the same place.
+    pub fn radius(&self) -> f32 {
+        self.radius
+    }
+}
