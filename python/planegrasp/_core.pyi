@@ -97,6 +97,175 @@ class FusedSettings:
     @staticmethod
     def defaults() -> dict[str, float | None]: ...
 
+@final
+class SearchSettings:
+    """Settings of `FaceSearch`, as in `planegrasp.homography.HomographyConfig`."""
+
+    def __new__(
+        cls,
+        *,
+        min_matches: int,
+        max_ratio: float,
+        max_loose_ratio: float,
+        threshold: float,
+        iterations: int,
+        min_inliers: int,
+        min_coverage: float,
+        min_side: float,
+        max_stretch: float,
+        min_agreement: float,
+    ) -> SearchSettings: ...
+
+@final
+class Appearance:
+    """What a face looks like (h×w uint8 reference image), for comparison with a frame."""
+
+    def __new__(cls, gray: NDArray[np.uint8]) -> Appearance: ...
+    def agreement(self, frame: NDArray[np.uint8], homography: NDArray[np.float64]) -> float:
+        """Share of the reference's textured cells that the frame shows, 0 … 1.
+
+        Cells are compared by normalised cross-correlation, so lighting does not matter; a cell
+        that is hidden or outside of the image counts as not seen.
+
+        Args:
+            frame: H×W undistorted frame.
+            homography: reference edge coordinates to undistorted pixels.
+        """
+
+@final
+class Evidence:
+    """The candidates of one frame, sorted by face; made by `FaceSearch.evidence`."""
+
+    def __len__(self) -> int:
+        """Number of features of the frame."""
+
+@final
+class Matches:
+    """n matches of a frame's features with one face.
+
+    Attributes:
+        query: n indices into the frame's features.
+        reference_points: n×2, reference image in edge coordinates.
+        image_points: n×2, frame in undistorted pixels.
+        ratio: n, distance over the distance of the nearest descriptor elsewhere; small is good.
+    """
+
+    def __len__(self) -> int: ...
+    @property
+    def query(self) -> NDArray[np.uint32]: ...
+    @property
+    def reference_points(self) -> NDArray[np.float64]: ...
+    @property
+    def image_points(self) -> NDArray[np.float64]: ...
+    @property
+    def ratio(self) -> NDArray[np.float64]: ...
+
+@final
+class HomographyEstimate:
+    """A 3×3 homography from reference edge coordinates to undistorted pixels, not verified."""
+
+    @property
+    def matrix(self) -> NDArray[np.float64]: ...
+    @property
+    def inliers(self) -> Matches: ...
+
+@final
+class FoundFace:
+    """A verified face; `outline` is 4×2 undistorted pixels, top-left first, then clockwise."""
+
+    @property
+    def homography(self) -> NDArray[np.float64]: ...
+    @property
+    def outline(self) -> NDArray[np.float64]: ...
+    @property
+    def inliers(self) -> Matches: ...
+    @property
+    def coverage(self) -> float: ...
+    @property
+    def agreement(self) -> float: ...
+
+@final
+class Attempt:
+    """One attempt at one face, as in `planegrasp.detection.FaceReport`."""
+
+    @property
+    def face(self) -> int: ...
+    @property
+    def instance(self) -> int: ...
+    @property
+    def stage(self) -> str: ...
+    @property
+    def reason(self) -> str: ...
+    @property
+    def found(self) -> FoundFace | None: ...
+    @property
+    def figures(self) -> dict[str, float]: ...
+
+@final
+class FaceSearch:
+    """Finds the faces that were added to it, see `planegrasp.search.FaceSearch`."""
+
+    def __new__(cls, settings: SearchSettings) -> FaceSearch: ...
+    def __len__(self) -> int: ...
+    def add(
+        self,
+        face_from_edge: NDArray[np.float64],
+        points: NDArray[np.float32],
+        frames: NDArray[np.float32],
+        gray: NDArray[np.uint8],
+    ) -> None:
+        """Add a face, which gets the next number.
+
+        Args:
+            face_from_edge: 3×3, edge coordinates of the reference image to metres on the face.
+            points: M×2 keypoints in edge coordinates, in the order of the index.
+            frames: M×2×2, from each keypoint's own frame to the reference image.
+            gray: h×w reference image.
+        """
+
+    def evidence(
+        self,
+        face: NDArray[np.int32],
+        reference: NDArray[np.int32],
+        ratio: NDArray[np.float32],
+        image_points: NDArray[np.float64],
+        scales: NDArray[np.float32],
+        angles: NDArray[np.float32],
+    ) -> Evidence:
+        """Sort the candidates (N×k, -1 = none) of a frame's N features by face."""
+
+    def find(
+        self,
+        evidence: Evidence,
+        gray: NDArray[np.uint8],
+        camera: Camera,
+        max_instances: int,
+        *,
+        refused: bool = True,
+    ) -> list[Attempt]:
+        """Find every instance of every face; `refused` asks for the failed attempts, too."""
+
+    def look_where(
+        self,
+        number: int,
+        predicted: NDArray[np.float64],
+        evidence: Evidence,
+        gray: NDArray[np.uint8],
+        camera: Camera,
+    ) -> FoundFace | None:
+        """Verify one face where a homography predicts it."""
+
+    def matches(self, evidence: Evidence, number: int, max_ratio: float) -> Matches:
+        """Matches with one face that pass a ratio test."""
+
+    def hypotheses(self, evidence: Evidence, number: int) -> list[HomographyEstimate]:
+        """Homographies of one face that would be verified, in their order."""
+
+    def refine(
+        self, start: NDArray[np.float64], evidence: Evidence, number: int
+    ) -> HomographyEstimate | None:
+        """A homography refined over all matches that agree with it, or None."""
+
 def three_point(
     faces: Sequence[Face], camera: Camera, depth: NDArray[np.float32] | None
 ) -> Estimate:

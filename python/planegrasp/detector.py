@@ -106,19 +106,24 @@ class Detector:
 
     def detect(self, frame: RGBDFrame) -> list[Detection]:
         """All instances of all objects in a frame, best supported first."""
-        return list(self.explain(frame).detections)
+        return list(self._run(frame, explain=False).detections)
 
     def explain(self, frame: RGBDFrame) -> DetectionReport:
         """The detections of a frame, with the fate of every face of the library and the times."""
+        return self._run(frame, explain=True)
+
+    def _run(self, frame: RGBDFrame, *, explain: bool) -> DetectionReport:
+        """Algorithm 1 of the paper, a line a stage."""
         watch = _StopWatch()
         gray = cv2.cvtColor(frame.color, cv2.COLOR_RGB2GRAY).astype(np.uint8)
         features = self._extractor.extract(gray)
         watch.lap("extract")
         image_points = frame.camera.undistort(features.points)
-        candidates = self._index.candidates(features, image_points, self.config.neighbours)
+        candidates = self._index.candidates(features, self.config.neighbours)
         watch.lap("match")
-        view = View(candidates, _undistort(gray, frame.camera), frame.camera)
-        faces, reports = self._search.find(view, self.config.max_instances)
+        evidence = self._search.evidence(candidates, features, image_points)
+        view = View(evidence, _undistort(gray, frame.camera), frame.camera)
+        faces, reports = self._search.find(view, self.config.max_instances, explain=explain)
         watch.lap("homography")
         detections = self._with_poses(faces, view, frame)
         watch.lap("pose")

@@ -1,4 +1,4 @@
-"""What the detector keeps of each taught face: descriptors of its oblique views, its appearance."""
+"""What the detector keeps of each taught face: descriptors of its oblique views."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, cast
 import cv2
 import numpy as np
 
-from planegrasp.appearance import Appearance, prepare_appearance
 from planegrasp.features.oblique import ObliqueConfig, extract_oblique
 from planegrasp.geometry import edge_from_pixel
 from planegrasp.library import feature_cache
@@ -35,13 +34,11 @@ class FaceReference:
         object: the object that carries the face.
         face: the face.
         set: its descriptors.
-        appearance: its image, prepared for comparison.
     """
 
     object: ObjectModel
     face: PlanarFace
     set: ReferenceSet
-    appearance: Appearance
 
     @property
     def size(self) -> tuple[int, int]:
@@ -95,4 +92,4 @@ def prepare_face(
         cast("NDArray[np.float32]", arrays["descriptors"]),
         same_place * max(width, height),
     )
-    return FaceReference(model, face, references, prepare_appearance(gray.astype(np.uint8)))
+    return FaceReference(model, face, references)

@@ -2,30 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
+import cv2
 import numpy as np
 
-from planegrasp.appearance import agreement
+from planegrasp import _core
+from planegrasp._convert import to_core_camera
 from planegrasp.detection import FaceDetection, FaceReport
-from planegrasp.homography import (
-    apply_homography,
-    check_outline,
-    check_shape,
-    coverage,
-    hypotheses,
-    reference_corners,
-    refine,
-)
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
+    from planegrasp.features import Features
     from planegrasp.geometry import PinholeCamera
-    from planegrasp.homography import HomographyConfig, HomographyEstimate
+    from planegrasp.homography import HomographyConfig
     from planegrasp.matching.index import Candidates
     from planegrasp.references import FaceReference
 
@@ -35,12 +29,12 @@ class View:
     """What the search needs of one frame.
 
     Attributes:
-        candidates: nearest references of the frame's features.
+        evidence: the candidates of the frame's features, sorted by face.
         gray: H×W uint8, undistorted.
         camera: of the frame.
     """
 
-    candidates: Candidates
+    evidence: _core.Evidence
     gray: NDArray[np.uint8]
     camera: PinholeCamera
 
@@ -50,155 +44,113 @@ class FaceSearch:
 
     def __init__(self, references: Sequence[FaceReference], config: HomographyConfig) -> None:
         self._references = references
-        self._config = config
+        self._core = _core.FaceSearch(_core.SearchSettings(**asdict(config)))
+        for reference in references:
+            self._core.add(
+                reference.face.face_from_edge,
+                reference.set.points,
+                reference.set.frames,
+                cv2.cvtColor(reference.face.image, cv2.COLOR_RGB2GRAY).astype(np.uint8),
+            )
+
+    def evidence(
+        self, candidates: Candidates, features: Features, image_points: NDArray[np.float64]
+    ) -> _core.Evidence:
+        """Sort the candidates of a frame by face.
+
+        Args:
+            candidates: of the features.
+            features: of the frame.
+            image_points: N×2, the features' undistorted pixels.
+        """
+        return self._core.evidence(
+            candidates.face,
+            candidates.reference,
+            candidates.ratio,
+            image_points,
+            features.scales,
+            features.angles,
+        )
 
     def find(
-        self,
-        view: View,
-        max_instances: int,
+        self, view: View, max_instances: int, *, explain: bool = True
     ) -> tuple[dict[int, list[FaceDetection]], list[FaceReport]]:
         """Find every instance of every face.
 
         Args:
             view: the frame.
             max_instances: of one face.
+            explain: whether faces that are not there are reported, too.
 
         Returns:
-            Detections by index of the face, best supported first, and a report for each attempt.
+            Detections by number of the face, best supported first, and a report for each attempt.
         """
+        attempts = self._core.find(
+            view.evidence, view.gray, to_core_camera(view.camera), max_instances, refused=explain
+        )
         found: dict[int, list[FaceDetection]] = {}
-        reports: list[FaceReport] = []
-        for face in range(len(self._references)):
-            remaining = view
-            for instance in range(max_instances):
-                detection, report = self._attempt(face, instance, remaining)
-                if instance == 0 or detection is not None:
-                    reports.append(report)
-                if detection is None:
-                    break
-                found.setdefault(face, []).append(detection)
-                inside = _inside(detection, remaining.candidates, self._references[face])
-                remaining = replace(remaining, candidates=remaining.candidates.without(inside))
-        return found, reports
+        for attempt in attempts:
+            if attempt.found is not None:
+                detection = self._detection(attempt.face, attempt.found, view.camera)
+                found.setdefault(attempt.face, []).append(detection)
+        return found, [self._report(attempt, len(view.evidence)) for attempt in attempts]
 
     def look_where(
-        self,
-        face: int,
-        predicted: NDArray[np.float64],
-        view: View,
+        self, face: int, predicted: NDArray[np.float64], view: View
     ) -> FaceDetection | None:
         """Verify one face where a homography (reference edges to undistorted pixels) predicts it.
 
         The matches need not pass the ratio test: they must lie where another face of the object,
         already found, says.
         """
-        reference = self._references[face]
-        if check_outline(predicted, reference.size, view.camera, self._config):
-            return None
-        estimate = refine(predicted, view.candidates, face, self._config)
-        if estimate is None:
-            return None
-        figures: dict[str, float] = {}
-        if self._verify(reference, estimate, view, figures):
-            return None
-        return self._accept(reference, estimate, view.camera, figures)
-
-    def _attempt(
-        self,
-        face: int,
-        instance: int,
-        view: View,
-    ) -> tuple[FaceDetection | None, FaceReport]:
-        """One attempt at one face: matches, homography, verification."""
-        reference, config, candidates = self._references[face], self._config, view.candidates
-        matching = {"features": float(len(candidates.image_points))}
-
-        def report(
-            stage: str, reason: str = "", verified: Mapping[str, float] | None = None
-        ) -> FaceReport:
-            names = reference.object.name, reference.face.name
-            figures = {**matching, **(verified or {})}
-            return FaceReport(*names, instance, stage == "found", stage, reason, figures)
-
-        if not len(reference.set.points):
-            return None, report("features", "the reference image has no features")
-        matches = len(candidates.matches(face, config.max_ratio))
-        matching["matches"] = float(matches)
-        refusal = (
-            report("homography", f"no homography explains any four of its {matches} matches")
-            if matches >= config.min_matches
-            else report("matching", f"{matches} matches (at least {config.min_matches})")
+        found = self._core.look_where(
+            face, predicted, view.evidence, view.gray, to_core_camera(view.camera)
         )
-        for estimate in hypotheses(candidates, face, config):
-            figures: dict[str, float] = {}
-            reason = self._verify(reference, estimate, view, figures)
-            if not reason:
-                detection = self._accept(reference, estimate, view.camera, figures)
-                return detection, report("found", verified=figures)
-            refusal = report("verification", reason, figures)
-        return None, refusal
+        return None if found is None else self._detection(face, found, view.camera)
 
-    def _verify(
-        self,
-        reference: FaceReference,
-        estimate: HomographyEstimate,
-        view: View,
-        figures: dict[str, float],
-    ) -> str:
-        """Why the estimate cannot be a view of the face; "" where it can."""
-        config = self._config
-        inliers, matrix = estimate.inliers, estimate.matrix
-        figures["inliers"] = float(len(inliers))
-        if len(inliers) < config.min_inliers:
-            return f"{len(inliers)} inliers (at least {config.min_inliers})"
-        if reason := check_outline(matrix, reference.size, view.camera, config):
-            return reason
-        reason, figures["stretch"] = check_shape(
-            matrix, reference.face.face_from_edge, view.camera, config
-        )
-        if reason:
-            return reason
-        figures["coverage"] = coverage(inliers.reference_points, *reference.size)
-        if figures["coverage"] < config.min_coverage:
-            return (
-                f"inliers cover {figures['coverage']:.0%} of the face "
-                f"(at least {config.min_coverage:.0%})"
-            )
-        figures["agreement"] = agreement(reference.appearance, view.gray, matrix)
-        if figures["agreement"] < config.min_agreement:
-            return (
-                f"{figures['agreement']:.0%} of the face looks like its reference "
-                f"(at least {config.min_agreement:.0%})"
-            )
-        return ""
+    def matches(self, evidence: _core.Evidence, face: int, max_ratio: float) -> _core.Matches:
+        """Matches with one face that pass a ratio test."""
+        return self._core.matches(evidence, face, max_ratio)
 
-    def _accept(
-        self,
-        reference: FaceReference,
-        estimate: HomographyEstimate,
-        camera: PinholeCamera,
-        figures: dict[str, float],
-    ) -> FaceDetection:
-        outline = apply_homography(estimate.matrix, reference_corners(*reference.size))
-        inliers = estimate.inliers
+    def hypotheses(self, evidence: _core.Evidence, face: int) -> list[_core.HomographyEstimate]:
+        """Homographies of one face to be verified, the likelier source first.
+
+        First from the matches that pass the ratio test, sampled in the order of their ratio. Then,
+        for faces with few right matches among many, from all those with a weaker ratio that support
+        each other, sampled in the order of their support.
+        """
+        return self._core.hypotheses(evidence, face)
+
+    def refine(
+        self, start: NDArray[np.float64], evidence: _core.Evidence, face: int
+    ) -> _core.HomographyEstimate | None:
+        """A homography refined over all matches that agree with it, whatever their ratio.
+
+        Returns:
+            The estimate, or None where it degenerates or fewer than four matches agree.
+        """
+        return self._core.refine(start, evidence, face)
+
+    def _detection(self, face: int, found: _core.FoundFace, camera: PinholeCamera) -> FaceDetection:
+        inliers = found.inliers
         return FaceDetection(
-            name=reference.face.name,
-            homography=estimate.matrix,
-            corners=camera.distort(outline),
+            name=self._references[face].face.name,
+            homography=found.homography,
+            corners=camera.distort(found.outline),
             reference_points=inliers.reference_points,
             image_points=inliers.image_points,
-            coverage=figures["coverage"],
-            agreement=figures["agreement"],
+            coverage=found.coverage,
+            agreement=found.agreement,
         )
 
-
-def _inside(
-    detection: FaceDetection, candidates: Candidates, face: FaceReference
-) -> NDArray[np.bool_]:
-    """Which features of the frame lie inside of a found face."""
-    outline = apply_homography(detection.homography, reference_corners(*face.size))
-    sides = np.roll(outline, -1, axis=0) - outline
-    offsets = candidates.image_points[:, None] - outline
-    # A verified outline is convex and turns one way: inside is to the same side of all its sides.
-    turns = sides[:, 0] * offsets[..., 1] - sides[:, 1] * offsets[..., 0]
-    return np.asarray(np.all(turns >= 0, axis=1), dtype=np.bool_)
+    def _report(self, attempt: _core.Attempt, features: int) -> FaceReport:
+        reference = self._references[attempt.face]
+        return FaceReport(
+            object=reference.object.name,
+            face=reference.face.name,
+            instance=attempt.instance,
+            found=attempt.stage == "found",
+            stage=attempt.stage,
+            reason=attempt.reason,
+            figures={"features": float(features), **attempt.figures},
+        )

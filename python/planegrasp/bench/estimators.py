@@ -19,15 +19,16 @@ from planegrasp.features.oblique import ObliqueConfig
 from planegrasp.homography import apply_homography, reference_corners
 from planegrasp.matching.index import ReferenceIndex
 from planegrasp.references import prepare_face
+from planegrasp.search import FaceSearch
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
+    from planegrasp._core import Evidence
     from planegrasp.bench.robust import Estimator
     from planegrasp.features.base import Extractor
-    from planegrasp.matching.index import Candidates
     from planegrasp.objects import ObjectModel
     from planegrasp.references import FaceReference
     from planegrasp.rgbd import RGBDFrame
@@ -85,13 +86,14 @@ class _Matcher:
             same_place=self._config.same_place,
         )
         self._index = ReferenceIndex([self.reference.set], "flann-kdtree")
+        self.search = FaceSearch([self.reference], self._config.homography)
 
-    def candidates(self, frame: RGBDFrame) -> Candidates:
+    def evidence(self, frame: RGBDFrame) -> Evidence:
         """The nearest references of the frame's features."""
         gray = cv2.cvtColor(frame.color, cv2.COLOR_RGB2GRAY).astype(np.uint8)
         features = self._extractor.extract(gray)
-        points = frame.camera.undistort(features.points)
-        return self._index.candidates(features, points, self._config.neighbours)
+        candidates = self._index.candidates(features, self._config.neighbours)
+        return self.search.evidence(candidates, features, frame.camera.undistort(features.points))
 
 
 def run(seed: int, settings: EstimatorsSettings, advance: Callable[[], None]) -> BenchResult:
@@ -127,8 +129,8 @@ def _compare(
 ) -> dict[str, Trial]:
     """All estimators on the matches of one frame; nothing where these are no candidate."""
     config = DetectorConfig().homography
-    candidates = matcher.candidates(rendering.frame)
-    matches = candidates.matches(0, config.max_ratio)
+    evidence = matcher.evidence(rendering.frame)
+    matches = matcher.search.matches(evidence, 0, config.max_ratio)
     truth = rendering.corners[0]
     if truth is None or len(matches) < config.min_matches:
         return {}
@@ -146,7 +148,7 @@ def _compare(
         if not installed(name):
             continue
         start = time.perf_counter()
-        matrix = refined(estimator, source, target, candidates)
+        matrix = refined(estimator, source, target, matcher.search, evidence)
         seconds = time.perf_counter() - start
         trials[name] = Trial(_error(matrix, corners, truth), seconds)
     return trials

@@ -16,10 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planegrasp import _core
-from planegrasp.homography import HomographyConfig, refine
+from planegrasp.homography import HomographyConfig
 
 if TYPE_CHECKING:
-    from planegrasp.matching.index import Candidates
+    from planegrasp._core import Evidence
+    from planegrasp.search import FaceSearch
 
 Points = NDArray[np.float64]
 Estimator = Callable[[Points, Points], "Points | None"]
@@ -108,11 +109,11 @@ _PACKAGES = {"PoseLib": "poselib", "kornia-rs": "kornia_rs"}
 
 
 def refined(
-    estimator: Estimator, source: Points, target: Points, all_of: Candidates
+    estimator: Estimator, source: Points, target: Points, search: FaceSearch, evidence: Evidence
 ) -> Points | None:
     """An estimate for face 0, refined as the detector does over all matches that agree with it."""
     matrix = estimator(source, target)
-    estimate = None if matrix is None else refine(matrix, all_of, 0, _LIMITS)
+    estimate = None if matrix is None else search.refine(matrix, evidence, 0)
     return None if estimate is None else estimate.matrix
 
 

@@ -1,11 +1,11 @@
 """Nearest-neighbour search over descriptors, and the ratio test over all objects."""
 
-from planegrasp.matching.index import Matches, ReferenceIndex, ReferenceSet
+from planegrasp.matching.index import Candidates, ReferenceIndex, ReferenceSet
 from planegrasp.matching.neighbours import MATCHERS, NeighbourSearch, make_matcher
 
 __all__ = [
     "MATCHERS",
-    "Matches",
+    "Candidates",
     "NeighbourSearch",
     "ReferenceIndex",
     "ReferenceSet",

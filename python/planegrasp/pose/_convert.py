@@ -16,21 +16,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from planegrasp.geometry import PinholeCamera
     from planegrasp.pose.base import FaceObservation
-
-
-def to_core_camera(camera: PinholeCamera) -> _core.Camera:
-    """The camera as the core takes it."""
-    return _core.Camera(
-        camera.width,
-        camera.height,
-        camera.fx,
-        camera.fy,
-        camera.cx,
-        camera.cy,
-        camera.coefficients.tolist(),
-    )
 
 
 def to_core_faces(faces: Sequence[FaceObservation]) -> list[_core.Face]:

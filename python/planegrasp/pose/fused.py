@@ -7,7 +7,8 @@ from math import radians
 from typing import TYPE_CHECKING
 
 from planegrasp import _core
-from planegrasp.pose._convert import from_core, to_core_camera, to_core_faces
+from planegrasp._convert import to_core_camera
+from planegrasp.pose._convert import from_core, to_core_faces
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

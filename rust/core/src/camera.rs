@@ -1,6 +1,6 @@
 //! Pinhole camera with OpenCV's lens distortion (k1, k2, p1, p2, k3).
 
-use nalgebra::{Matrix2, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use crate::error::InputError;
 
@@ -70,6 +70,22 @@ impl Camera {
     /// Whether the lens bends anything.
     pub fn is_distorted(&self) -> bool {
         self.distortion.iter().any(|&k| k != 0.0)
+    }
+
+    /// Undistorted pixel to ray on the normalised plane, K⁻¹.
+    pub fn inverse_matrix(&self) -> Matrix3<f64> {
+        let (fx, fy) = (1.0 / self.fx, 1.0 / self.fy);
+        Matrix3::new(
+            fx,
+            0.0,
+            -self.cx * fx,
+            0.0,
+            fy,
+            -self.cy * fy,
+            0.0,
+            0.0,
+            1.0,
+        )
     }
 
     /// Point on the normalised plane to pixel; no lens on either side.

@@ -62,6 +62,33 @@ pub enum InputError {
     /// No face was given.
     #[error("a pose needs at least one face, got none")]
     NoFaces,
+    /// There is not one frame for each keypoint.
+    #[error("each keypoint needs a frame, got {points} and {frames}")]
+    FrameCount {
+        /// Number of keypoints.
+        points: usize,
+        /// Number of frames.
+        frames: usize,
+    },
+    /// Candidates do not fit the features that they are of.
+    #[error(
+        "{features} features need {k} candidates (at least one) and a ratio, a scale and an angle \
+         each, got {candidates} candidates in all"
+    )]
+    CandidateCount {
+        /// Number of features.
+        features: usize,
+        /// Candidates a feature.
+        k: usize,
+        /// Candidates given.
+        candidates: usize,
+    },
+    /// A matrix has no inverse.
+    #[error("{what} has no inverse")]
+    NotInvertible {
+        /// Which argument.
+        what: &'static str,
+    },
     /// An image has not as many pixels as its size says.
     #[error("an image of {width}×{height} has {} pixels, got {pixels}", width * height)]
     ImageSize {

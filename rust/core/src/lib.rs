@@ -18,6 +18,7 @@
 
 pub mod camera;
 pub mod candidates;
+pub mod convex_hull;
 pub mod correlation;
 pub mod depth_image;
 pub mod depth_plane;
@@ -25,6 +26,7 @@ pub mod depth_region;
 pub mod error;
 pub mod estimate;
 pub mod face;
+pub mod face_search;
 pub mod fused;
 pub mod gray_image;
 pub mod homography;

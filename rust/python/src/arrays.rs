@@ -1,8 +1,9 @@
 //! NumPy arrays to and from the core's types, with their shapes checked.
 
 use nalgebra::{Isometry3, Matrix3, Matrix4, SMatrix, Vector2};
+use numpy::ndarray::Array2;
 use numpy::{PyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods};
-use planegrasp_core::{Camera, DepthImage, rigid};
+use planegrasp_core::{Camera, DepthImage, GrayImage, rigid};
 use pyo3::prelude::*;
 
 use crate::errors::{from_input_error, invalid_input};
@@ -70,6 +71,52 @@ pub fn depth_image<'a>(
         .as_slice()
         .map_err(|_| invalid_input("depth must be C-contiguous"))?;
     DepthImage::new(size, values, camera).map_err(from_input_error)
+}
+
+/// An H×W array as a grey image. It must be contiguous, as no copy is made.
+pub fn gray_image<'a>(
+    array: &'a PyReadonlyArrayDyn<'_, u8>,
+    name: &str,
+) -> PyResult<GrayImage<'a>> {
+    let (width, height) = match array.shape() {
+        [height, width] => (*width, *height),
+        shape => {
+            return Err(invalid_input(format!(
+                "{name} must be H×W, got shape {shape:?}"
+            )));
+        }
+    };
+    let pixels = array
+        .as_slice()
+        .map_err(|_| invalid_input(format!("{name} must be C-contiguous")))?;
+    GrayImage::new(width, height, pixels).map_err(from_input_error)
+}
+
+/// An array of N rows of M numbers, whatever its shape beyond the first axis.
+pub fn rows<const M: usize>(
+    array: &PyReadonlyArrayDyn<'_, f32>,
+    name: &str,
+) -> PyResult<Vec<[f32; M]>> {
+    let shape = array.shape();
+    if shape.is_empty() || shape[1..].iter().product::<usize>() != M {
+        return Err(invalid_input(format!(
+            "{name} must have {M} numbers a row, got shape {shape:?}"
+        )));
+    }
+    let values: Vec<f32> = array.as_array().iter().copied().collect();
+    let mut rows = Vec::with_capacity(shape[0]);
+    rows.extend(values.as_chunks::<M>().0);
+    Ok(rows)
+}
+
+/// Points as an N×2 array.
+pub fn points_to_numpy(
+    py: Python<'_>,
+    points: impl Iterator<Item = Vector2<f64>>,
+) -> Bound<'_, PyArray2<f64>> {
+    let points: Vec<Vector2<f64>> = points.collect();
+    let array = Array2::from_shape_fn((points.len(), 2), |(i, axis)| points[i][axis]);
+    PyArray2::from_owned_array(py, array)
 }
 
 /// A fixed-size matrix as a NumPy array.

@@ -57,7 +57,7 @@ mod tests {
         let quad = matches([[-0.9, -0.7], [1.2, -1.1], [0.8, 0.9], [-1.0, 1.3]]);
         let H = through(&quad).unwrap();
         for point in &quad {
-            assert!(super::super::squared_error(&H, point) < 1e-24);
+            assert!(point.squared_error(&H) < 1e-24);
         }
     }
 

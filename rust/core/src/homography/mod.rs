@@ -25,11 +25,13 @@ pub struct PointMatch {
     pub target: Vector2<f64>,
 }
 
-/// Squared distance between the mapped source and the target; infinite behind the camera.
-fn squared_error(H: &Matrix3<f64>, point: &PointMatch) -> f64 {
-    let mapped = H * point.source.push(1.0);
-    if mapped.z <= 0.0 {
-        return f64::INFINITY;
+impl PointMatch {
+    /// Squared distance between the mapped source and the target; infinite behind the camera.
+    pub fn squared_error(&self, H: &Matrix3<f64>) -> f64 {
+        let mapped = H * self.source.push(1.0);
+        if mapped.z <= 0.0 {
+            return f64::INFINITY;
+        }
+        (mapped.xy() / mapped.z - self.target).norm_squared()
     }
-    (mapped.xy() / mapped.z - point.target).norm_squared()
 }

@@ -164,7 +164,7 @@ impl Scorer<'_> {
         let cut = self.threshold * self.threshold;
         let (mut cost, mut inliers) = (0.0, 0);
         for point in self.matches {
-            let squared = super::squared_error(matrix, point);
+            let squared = point.squared_error(matrix);
             if squared <= cut {
                 inliers += 1;
             }
@@ -187,9 +187,7 @@ impl Scorer<'_> {
             let near: Vec<PointMatch> = self
                 .matches
                 .iter()
-                .filter(|point| {
-                    super::squared_error(&best.matrix, point) <= (2.0 * self.threshold).powi(2)
-                })
+                .filter(|point| point.squared_error(&best.matrix) <= (2.0 * self.threshold).powi(2))
                 .copied()
                 .collect();
             let scale = LOSS_SCALE * self.threshold;

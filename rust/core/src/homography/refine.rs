@@ -58,7 +58,7 @@ impl LeastSquares<PARAMETERS> for Problem<'_> {
         self.matches
             .iter()
             .map(|point| {
-                let squared = super::squared_error(H, point) * self.inverse_scale.powi(2);
+                let squared = point.squared_error(H) * self.inverse_scale.powi(2);
                 squared.ln_1p()
             })
             .sum()

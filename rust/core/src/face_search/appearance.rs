@@ -1,0 +1,198 @@
+//! Does the face, where the homography puts it, look like its reference?
+
+use nalgebra::{Matrix3, Vector2};
+
+use crate::{GrayImage, InputError};
+
+/// Side of the compared image [px].
+const SIDE: usize = 96;
+/// Cells along it.
+const CELLS: usize = 6;
+/// Cells of the reference with less contrast [grey levels] than this say nothing.
+const MIN_CONTRAST: f32 = 6.0;
+/// Correlation above which a cell counts as seen.
+const SEEN: f32 = 0.5;
+/// An oblique or distant view has lost detail: both images are blurred to what both can show [px].
+const BLUR: f32 = 1.5;
+/// Taps on each side of the blur's middle.
+const TAPS: usize = 5;
+
+const CELL: usize = SIDE / CELLS;
+
+/// A reference image prepared for comparison: squeezed into a square and blurred.
+#[derive(Debug, Clone)]
+pub struct Appearance {
+    size: Vector2<f64>,
+    image: Vec<f32>,
+}
+
+impl Appearance {
+    /// Prepares a reference image.
+    ///
+    /// # Errors
+    /// [`InputError::OutOfRange`] where it has no pixels.
+    pub fn new(reference: GrayImage<'_>) -> Result<Self, InputError> {
+        for (name, value) in [
+            ("reference width", reference.width()),
+            ("reference height", reference.height()),
+        ] {
+            if value == 0 {
+                return Err(InputError::OutOfRange {
+                    name,
+                    value: 0.0,
+                    valid: "> 0",
+                });
+            }
+        }
+        Ok(Self {
+            size: Vector2::new(reference.width() as f64, reference.height() as f64),
+            image: blurred(&squeezed(reference)),
+        })
+    }
+
+    /// Share of the reference's textured cells that the frame shows, 0 … 1.
+    ///
+    /// Cells are compared by normalised cross-correlation, so lighting does not matter; a cell
+    /// that is hidden or outside of the image counts as not seen.
+    ///
+    /// `homography`: from the reference's edge coordinates to pixels of the frame (undistorted).
+    pub fn agreement(&self, frame: GrayImage<'_>, homography: &Matrix3<f64>) -> f64 {
+        let seen = blurred(&self.warped(frame, homography));
+        let (mut textured, mut agreeing) = (0_usize, 0_usize);
+        for cell in 0..CELLS * CELLS {
+            let (reference, contrast) = centred(&self.image, cell);
+            if contrast < MIN_CONTRAST {
+                continue;
+            }
+            textured += 1;
+            let (seen, seen_contrast) = centred(&seen, cell);
+            let product: f32 = reference.iter().zip(&seen).map(|(a, b)| a * b).sum();
+            let norm = contrast * seen_contrast * (CELL * CELL) as f32;
+            if product >= SEEN * norm.max(1e-6) {
+                agreeing += 1;
+            }
+        }
+        agreeing as f64 / textured.max(1) as f64
+    }
+
+    /// The frame where the square's pixels lie, 0 outside of it.
+    fn warped(&self, frame: GrayImage<'_>, homography: &Matrix3<f64>) -> Vec<f32> {
+        let step = self.size / SIDE as f64;
+        // Pixel centres of the square in the edge coordinates of the reference.
+        let edge_from_square =
+            Matrix3::new_nonuniform_scaling(&step) * Matrix3::new_translation(&[0.5, 0.5].into());
+        let H = (homography * edge_from_square).map(|v| v as f32);
+        let mut warped = Vec::with_capacity(SIDE * SIDE);
+        for y in 0..SIDE {
+            for x in 0..SIDE {
+                let p = H * nalgebra::Vector3::new(x as f32, y as f32, 1.0);
+                warped.push(bilinear(frame, p.x / p.z, p.y / p.z));
+            }
+        }
+        warped
+    }
+}
+
+/// Grey level between pixel centres; 0 outside of the image.
+fn bilinear(image: GrayImage<'_>, x: f32, y: f32) -> f32 {
+    let (right, bottom) = (image.width() as f32 - 1.0, image.height() as f32 - 1.0);
+    if !(x >= 0.0 && y >= 0.0 && x <= right && y <= bottom) {
+        return 0.0;
+    }
+    let (column, row) = (x as usize, y as usize);
+    let (fx, fy) = (x - column as f32, y - row as f32);
+    let next = (column + 1).min(image.width() - 1);
+    let across = |row: usize| {
+        let line = image.row(row);
+        f32::from(line[column]) * (1.0 - fx) + f32::from(line[next]) * fx
+    };
+    across(row) * (1.0 - fy) + across((row + 1).min(image.height() - 1)) * fy
+}
+
+/// The image as a square, each pixel the mean over its area.
+fn squeezed(image: GrayImage<'_>) -> Vec<f32> {
+    let (columns, rows) = (shares(image.width()), shares(image.height()));
+    let mut narrow = vec![0.0_f32; SIDE * image.height()];
+    for y in 0..image.height() {
+        let line = image.row(y);
+        for (x, share) in columns.iter().enumerate() {
+            narrow[y * SIDE + x] = share.iter().map(|(i, w)| f32::from(line[*i]) * w).sum();
+        }
+    }
+    let mut square = Vec::with_capacity(SIDE * SIDE);
+    for share in &rows {
+        for x in 0..SIDE {
+            square.push(share.iter().map(|(i, w)| narrow[i * SIDE + x] * w).sum());
+        }
+    }
+    square
+}
+
+/// For each of the square's columns (or rows), which of the image's it covers and by what share.
+fn shares(length: usize) -> Vec<Vec<(usize, f32)>> {
+    let step = length as f32 / SIDE as f32;
+    (0..SIDE)
+        .map(|i| {
+            let (low, high) = (i as f32 * step, (i + 1) as f32 * step);
+            (low as usize..length.min(high.ceil() as usize))
+                .map(|j| {
+                    let covered = high.min(j as f32 + 1.0) - low.max(j as f32);
+                    (j, covered.max(0.0) / step)
+                })
+                .collect()
+        })
+        .collect()
+}
+
+/// Gaussian blur of a square, mirrored at its border.
+fn blurred(image: &[f32]) -> Vec<f32> {
+    let weights = weights();
+    let inside = |i: isize| i.unsigned_abs().min(2 * (SIDE - 1) - i.unsigned_abs());
+    let mut across = vec![0.0_f32; SIDE * SIDE];
+    for (row, out) in image.chunks_exact(SIDE).zip(across.chunks_exact_mut(SIDE)) {
+        let mut padded = [0.0_f32; SIDE + 2 * TAPS];
+        for (i, value) in padded.iter_mut().enumerate() {
+            *value = row[inside(i as isize - TAPS as isize)];
+        }
+        for (tap, weight) in weights.iter().enumerate() {
+            for (value, source) in out.iter_mut().zip(&padded[tap..]) {
+                *value += weight * source;
+            }
+        }
+    }
+    let mut down = vec![0.0_f32; SIDE * SIDE];
+    for (y, out) in down.chunks_exact_mut(SIDE).enumerate() {
+        for (tap, weight) in weights.iter().enumerate() {
+            let row = inside(y as isize + tap as isize - TAPS as isize) * SIDE;
+            for (value, source) in out.iter_mut().zip(&across[row..row + SIDE]) {
+                *value += weight * source;
+            }
+        }
+    }
+    down
+}
+
+fn weights() -> [f32; 2 * TAPS + 1] {
+    let mut weights = [0.0_f32; 2 * TAPS + 1];
+    for (i, weight) in weights.iter_mut().enumerate() {
+        let x = (i as f32 - TAPS as f32) / BLUR;
+        *weight = (-0.5 * x * x).exp();
+    }
+    let sum: f32 = weights.iter().sum();
+    weights.map(|weight| weight / sum)
+}
+
+/// A cell's pixels about their mean, and their standard deviation.
+fn centred(image: &[f32], cell: usize) -> ([f32; CELL * CELL], f32) {
+    let first = (cell / CELLS) * CELL * SIDE + (cell % CELLS) * CELL;
+    let mut values = [0.0_f32; CELL * CELL];
+    for (row, out) in values.chunks_exact_mut(CELL).enumerate() {
+        out.copy_from_slice(&image[first + row * SIDE..first + row * SIDE + CELL]);
+    }
+    let mean = values.iter().sum::<f32>() / values.len() as f32;
+    for value in &mut values {
+        *value -= mean;
+    }
+    let variance = values.iter().map(|v| v * v).sum::<f32>() / values.len() as f32;
+    (values, variance.sqrt())
+}

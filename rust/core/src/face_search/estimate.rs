@@ -1,0 +1,114 @@
+//! From matches to a homography of one face (paper, Algorithm 1: RANSAC homography).
+
+use std::collections::HashSet;
+
+use nalgebra::Matrix3;
+
+use super::evidence::{FaceEvidence, Match};
+use super::settings::SearchSettings;
+use super::support::supported;
+use crate::homography::{PointMatch, RansacConfig, estimate, refine as refine_on};
+
+/// Rounds of collecting the matches that agree and fitting to them.
+const REFINEMENTS: usize = 2;
+/// Scale of the loss in refinement over the threshold: most inliers are far better than the worst.
+const LOSS_SCALE: f64 = 0.1;
+
+/// A homography from reference edge coordinates to undistorted pixels, and its inliers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HomographyEstimate {
+    /// Scaled to H[2, 2] = 1.
+    pub matrix: Matrix3<f64>,
+    /// Matches that it explains, in the order of the features.
+    pub inliers: Vec<Match>,
+}
+
+/// From the matches that pass the ratio test, sampled in the order of their ratio.
+pub fn from_strict(
+    evidence: &FaceEvidence<'_>,
+    settings: &SearchSettings,
+) -> Option<HomographyEstimate> {
+    let mut strict = evidence.passing(settings.max_ratio);
+    if strict.len() < settings.min_matches {
+        return None;
+    }
+    strict.sort_by(|a, b| a.ratio.total_cmp(&b.ratio));
+    sampled(&strict, evidence, settings)
+}
+
+/// For faces with few right matches among many: from all those with a weaker ratio that support
+/// each other, sampled in the order of their support.
+pub fn from_supported(
+    evidence: &FaceEvidence<'_>,
+    settings: &SearchSettings,
+) -> Option<HomographyEstimate> {
+    let loose = evidence.passing(settings.max_loose_ratio);
+    if loose.len() < settings.min_matches {
+        return None;
+    }
+    sampled(&supported(&loose, evidence), evidence, settings)
+}
+
+fn sampled(
+    best_first: &[Match],
+    evidence: &FaceEvidence<'_>,
+    settings: &SearchSettings,
+) -> Option<HomographyEstimate> {
+    let config = RansacConfig {
+        threshold: settings.threshold,
+        max_iterations: settings.iterations,
+        ..RansacConfig::default()
+    };
+    // Evidence has finite points and the settings are checked: an error is no answer here.
+    let found = estimate(&points(best_first), &config).ok()??;
+    refine(&found.matrix, evidence, settings)
+}
+
+/// Refines a homography over all matches that agree with it.
+///
+/// Matches that the ratio test refused, but that lie where the first estimate says, take part:
+/// they make it more precise, and cannot bring a wrong estimate about. `None` where the estimate
+/// degenerates or fewer than four matches agree.
+pub fn refine(
+    start: &Matrix3<f64>,
+    evidence: &FaceEvidence<'_>,
+    settings: &SearchSettings,
+) -> Option<HomographyEstimate> {
+    let mut matrix = *start;
+    for _ in 0..REFINEMENTS {
+        let normalised = normalise(&matrix)?;
+        let inliers = one_per_place(evidence.agreeing(&normalised, settings.threshold));
+        if inliers.len() < 4 {
+            return None;
+        }
+        let scale = LOSS_SCALE * settings.threshold;
+        matrix = refine_on(&points(&inliers), &normalised, scale).unwrap_or(normalised);
+    }
+    let matrix = normalise(&matrix)?;
+    let inliers = one_per_place(evidence.agreeing(&matrix, settings.threshold));
+    Some(HomographyEstimate { matrix, inliers })
+}
+
+/// Scales to H[2, 2] = 1, so that w > 0 in front of the camera; `None` where degenerate.
+///
+/// H[2, 2] is w at the reference's corner (0, 0), which every acceptable view has in front.
+fn normalise(matrix: &Matrix3<f64>) -> Option<Matrix3<f64>> {
+    let scale = matrix[(2, 2)];
+    (matrix.iter().all(|v| v.is_finite()) && scale.abs() >= 1e-12).then(|| matrix / scale)
+}
+
+/// Drops repeats of a keypoint that was described more than once (several orientations).
+fn one_per_place(mut matches: Vec<Match>) -> Vec<Match> {
+    matches.sort_by(|a, b| a.ratio.total_cmp(&b.ratio));
+    let mut places = HashSet::with_capacity(matches.len());
+    matches.retain(|one| {
+        let quarters = (one.points.target * 4.0).map(|v| v.round() as i64);
+        places.insert((quarters.x, quarters.y))
+    });
+    matches.sort_by_key(|one| one.feature);
+    matches
+}
+
+fn points(matches: &[Match]) -> Vec<PointMatch> {
+    matches.iter().map(|one| one.points).collect()
+}

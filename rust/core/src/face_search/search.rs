@@ -1,0 +1,223 @@
+//! The search for every instance of every face.
+
+use nalgebra::{Matrix3, Vector2};
+use rayon::prelude::*;
+
+use super::estimate::{HomographyEstimate, from_strict, from_supported, refine};
+use super::evidence::{Evidence, FaceEvidence, Match};
+use super::face::SearchedFace;
+use super::plausible::{coverage, outline, stretch};
+use super::refusal::Refusal;
+use super::settings::SearchSettings;
+use crate::quadrilateral::Quadrilateral;
+use crate::{Camera, GrayImage};
+
+/// What the search looks at in one frame.
+#[derive(Debug, Clone, Copy)]
+pub struct View<'a> {
+    /// Its features and the references that look like them.
+    pub evidence: &'a Evidence,
+    /// The image without lens distortion.
+    pub gray: GrayImage<'a>,
+    /// The camera.
+    pub camera: &'a Camera,
+}
+
+/// A face where it was found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FoundFace {
+    /// From edge coordinates of the reference to undistorted pixels, scaled to H[2, 2] = 1.
+    pub homography: Matrix3<f64>,
+    /// Its corners in undistorted pixels: top-left of the reference, then clockwise.
+    pub outline: [Vector2<f64>; 4],
+    /// Matches that the homography explains.
+    pub inliers: Vec<Match>,
+    /// Share of the face over which they are spread.
+    pub coverage: f64,
+    /// Share of its textured cells that look like the reference.
+    pub agreement: f64,
+}
+
+/// The numbers of one attempt, as far as it got.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Figures {
+    /// Matches that pass the ratio test.
+    pub matches: Option<usize>,
+    /// Matches that the homography explains.
+    pub inliers: Option<usize>,
+    /// Departure from a rigid view, as a factor.
+    pub stretch: Option<f64>,
+    /// See [`FoundFace::coverage`].
+    pub coverage: Option<f64>,
+    /// See [`FoundFace::agreement`].
+    pub agreement: Option<f64>,
+}
+
+/// One attempt at one face.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Attempt {
+    /// Number of the face.
+    pub face: usize,
+    /// 0 for the first attempt, 1 for the search after the first instance, …
+    pub instance: usize,
+    /// The numbers.
+    pub figures: Figures,
+    /// The face, or why it is not there.
+    pub outcome: Result<FoundFace, Refusal>,
+}
+
+/// Finds every instance of every face: attempts in the order of the faces, and for each face in the
+/// order of its instances. The attempt that ends the search for further instances is left out.
+pub fn find(
+    faces: &[SearchedFace],
+    view: &View<'_>,
+    settings: &SearchSettings,
+    max_instances: usize,
+) -> Vec<Attempt> {
+    (0..faces.len())
+        .into_par_iter()
+        .flat_map_iter(|number| find_one(number, &faces[number], view, settings, max_instances))
+        .collect()
+}
+
+/// Verifies one face where a homography predicts it.
+///
+/// The matches need not pass the ratio test: they must lie where another face of the object,
+/// already found, says.
+pub fn look_where(
+    number: usize,
+    face: &SearchedFace,
+    predicted: &Matrix3<f64>,
+    view: &View<'_>,
+    settings: &SearchSettings,
+) -> Option<FoundFace> {
+    outline(predicted, face, view.camera, settings).ok()?;
+    let estimate = refine(predicted, &view.evidence.of(number, face), settings)?;
+    verify(face, estimate, view, settings, &mut Figures::default()).ok()
+}
+
+fn find_one(
+    number: usize,
+    face: &SearchedFace,
+    view: &View<'_>,
+    settings: &SearchSettings,
+    max_instances: usize,
+) -> Vec<Attempt> {
+    let mut attempts = Vec::new();
+    let refused = |refusal: Refusal, matches: Option<usize>| Attempt {
+        face: number,
+        instance: 0,
+        figures: Figures {
+            matches,
+            ..Figures::default()
+        },
+        outcome: Err(refusal),
+    };
+    if face.is_empty() {
+        return vec![refused(Refusal::NoFeatures, None)];
+    }
+    // Most faces of a large library end here.
+    if view.evidence.count(number, settings.max_loose_ratio) < settings.min_matches {
+        let matches = view.evidence.count(number, settings.max_ratio);
+        let refusal = Refusal::TooFewMatches {
+            matches,
+            needed: settings.min_matches,
+        };
+        return vec![refused(refusal, Some(matches))];
+    }
+    let mut evidence = view.evidence.of(number, face);
+    for instance in 0..max_instances {
+        let (figures, outcome) = attempt(face, &evidence, view, settings);
+        let outline = outcome.as_ref().ok().map(|found| found.outline);
+        if instance == 0 || outline.is_some() {
+            attempts.push(Attempt {
+                face: number,
+                instance,
+                figures,
+                outcome,
+            });
+        }
+        let Some(inside) = outline.and_then(Quadrilateral::new) else {
+            break;
+        };
+        evidence.remove(|point| inside.depth_inside(point) >= 0.0);
+    }
+    attempts
+}
+
+/// One attempt at one face: matches, homography, verification.
+fn attempt(
+    face: &SearchedFace,
+    evidence: &FaceEvidence<'_>,
+    view: &View<'_>,
+    settings: &SearchSettings,
+) -> (Figures, Result<FoundFace, Refusal>) {
+    let matches = evidence.passing(settings.max_ratio).len();
+    let counted = Figures {
+        matches: Some(matches),
+        ..Figures::default()
+    };
+    let mut last = if matches >= settings.min_matches {
+        (counted, Err(Refusal::NoHomography { matches }))
+    } else {
+        let needed = settings.min_matches;
+        (counted, Err(Refusal::TooFewMatches { matches, needed }))
+    };
+    for hypothesis in [from_strict, from_supported] {
+        let Some(estimate) = hypothesis(evidence, settings) else {
+            continue;
+        };
+        let mut figures = counted;
+        let outcome = verify(face, estimate, view, settings, &mut figures);
+        let found = outcome.is_ok();
+        last = (figures, outcome);
+        if found {
+            break;
+        }
+    }
+    last
+}
+
+/// The face, or why the estimate cannot be a view of it.
+fn verify(
+    face: &SearchedFace,
+    estimate: HomographyEstimate,
+    view: &View<'_>,
+    settings: &SearchSettings,
+    figures: &mut Figures,
+) -> Result<FoundFace, Refusal> {
+    let HomographyEstimate { matrix, inliers } = estimate;
+    figures.inliers = Some(inliers.len());
+    if inliers.len() < settings.min_inliers {
+        return Err(Refusal::TooFewInliers {
+            inliers: inliers.len(),
+            needed: settings.min_inliers,
+        });
+    }
+    let outline = outline(&matrix, face, view.camera, settings)?;
+    let stretch = stretch(&matrix, face, view.camera);
+    figures.stretch = Some(stretch);
+    if stretch > settings.max_stretch {
+        let most = settings.max_stretch;
+        return Err(Refusal::Stretched { stretch, most });
+    }
+    let coverage = coverage(inliers.iter().map(|one| one.points.source), face.size());
+    figures.coverage = Some(coverage);
+    if coverage < settings.min_coverage {
+        let least = settings.min_coverage;
+        return Err(Refusal::Coverage { coverage, least });
+    }
+    let agreement = face.appearance().agreement(view.gray, &matrix);
+    figures.agreement = Some(agreement);
+    if agreement < settings.min_agreement {
+        let least = settings.min_agreement;
+        return Err(Refusal::Agreement { agreement, least });
+    }
+    Ok(FoundFace {
+        homography: matrix,
+        outline,
+        inliers,
+        coverage,
+        agreement,
+    })
+}
