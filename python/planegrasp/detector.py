@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -20,6 +19,7 @@ from planegrasp.matching.index import ReferenceIndex
 from planegrasp.pose import make_pose_estimator
 from planegrasp.references import prepare_face
 from planegrasp.search import FaceSearch, View
+from planegrasp.stopwatch import StopWatch
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -114,7 +114,7 @@ class Detector:
 
     def _run(self, frame: RGBDFrame, *, explain: bool) -> DetectionReport:
         """Algorithm 1 of the paper, a line a stage."""
-        watch = _StopWatch()
+        watch = StopWatch()
         gray = cv2.cvtColor(frame.color, cv2.COLOR_RGB2GRAY).astype(np.uint8)
         features = self._extractor.extract(gray)
         watch.lap("extract")
@@ -233,16 +233,3 @@ def _undistort(gray: NDArray[np.uint8], camera: PinholeCamera) -> NDArray[np.uin
     if not camera.is_distorted:
         return gray
     return cv2.undistort(gray, camera.matrix, camera.coefficients).astype(np.uint8)
-
-
-class _StopWatch:
-    """Seconds spent in each stage."""
-
-    def __init__(self) -> None:
-        self.seconds: dict[str, float] = {}
-        self._last = time.perf_counter()
-
-    def lap(self, stage: str) -> None:
-        now = time.perf_counter()
-        self.seconds[stage] = now - self._last
-        self._last = now

@@ -90,6 +90,23 @@ def objects(
 
 
 @app.command()
+def speed(
+    *,
+    frames: FramesOption = None,
+    seed: SeedOption = 0,
+    quick: QuickOption = False,
+    json_file: JsonFileOption = None,
+) -> None:
+    """Time per stage and per frame against OpenCV's SIFT, FLANN and RANSAC; one thread and all."""
+    from planegrasp.bench import speed as bench
+
+    settings = bench.SpeedSettings.quick() if quick else bench.SpeedSettings()
+    if frames:
+        settings = replace(settings, frames=frames)
+    _measure(lambda advance: bench.run(seed, settings, advance), settings.steps, json_file)
+
+
+@app.command()
 def pose(
     *,
     frames: FramesOption = None,
