@@ -99,6 +99,22 @@ pub enum InputError {
         /// Number of pixels given.
         pixels: usize,
     },
+    /// A face's descriptors are not as long as the index's.
+    #[error("the index holds descriptors of {expected} bytes, got some of {length}")]
+    DescriptorLength {
+        /// Bytes of each descriptor given.
+        length: usize,
+        /// Bytes of the index's descriptors.
+        expected: usize,
+    },
+    /// No face of an index has this number.
+    #[error("face {face} is not in the index, to which {count} faces were added")]
+    NoSuchFace {
+        /// The number given.
+        face: usize,
+        /// How many faces were added.
+        count: usize,
+    },
     /// Descriptors do not fill whole rows, or there is not one for each point.
     #[error(
         "{points} keypoints need {points} descriptors of {length} bytes, got {bytes} bytes in all"

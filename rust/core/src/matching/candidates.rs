@@ -8,13 +8,31 @@ pub const NONE: u32 = u32::MAX;
 pub struct Candidates {
     /// Neighbours a feature.
     pub k: usize,
-    /// N×k index of the face, [`NONE`] where fewer were found; nearest first.
+    /// N×k index of the face, [`NONE`] where fewer were found; nearest first, equally near ones in
+    /// the order of faces and references.
     pub face: Vec<u32>,
     /// N×k index within the face's [`ReferenceSet`](super::ReferenceSet).
     pub reference: Vec<u32>,
     /// N×k distance: Euclidean, or number of differing bits; infinite where there is none.
     pub distance: Vec<f32>,
-    /// N: nearest distance over that of the nearest elsewhere, on the face or on another one. 0
-    /// where there is none elsewhere, 1 where two places are exactly alike, infinite without any.
+    /// N: nearest distance over that of the nearest elsewhere, on the face or on another one, also
+    /// if that is not among the k nearest. 0 where there is none elsewhere, 1 where two places are
+    /// exactly alike, infinite without any.
     pub ratio: Vec<f32>,
+}
+
+impl Candidates {
+    /// No neighbours for this many features yet; keeps the memory that it has.
+    pub(super) fn reset(&mut self, features: usize, k: usize) {
+        self.k = k;
+        refill(&mut self.face, features * k, NONE);
+        refill(&mut self.reference, features * k, NONE);
+        refill(&mut self.distance, features * k, f32::INFINITY);
+        refill(&mut self.ratio, features, f32::INFINITY);
+    }
+}
+
+fn refill<T: Clone>(values: &mut Vec<T>, count: usize, value: T) {
+    values.clear();
+    values.resize(count, value);
 }

@@ -1,98 +1,122 @@
 //! One index over the descriptors of all faces.
 
-use super::{Candidates, Metric, NONE, ReferenceSet};
+use super::exhaustive::Search;
+use super::kernel::Kernel;
+use super::{Candidates, Metric, ReferenceSet};
 use crate::InputError;
 
-/// Exact nearest-neighbour search over all faces together.
+/// Nearest-neighbour search over all faces together.
 #[derive(Debug, Clone)]
 pub struct ReferenceIndex {
+    kernel: Kernel,
     metric: Metric,
     length: usize,
     faces: Vec<ReferenceSet>,
+    present: Vec<u32>,
 }
 
 impl ReferenceIndex {
     /// An empty index for descriptors of `length` bytes.
     pub fn new(metric: Metric, length: usize) -> Self {
+        Self::with_kernel(metric, length, Kernel::best())
+    }
+
+    /// The same on a certain instruction set; the results are equal.
+    pub fn with_kernel(metric: Metric, length: usize, kernel: Kernel) -> Self {
         Self {
+            kernel,
             metric,
             length,
             faces: Vec::new(),
+            present: Vec::new(),
         }
     }
 
-    /// Adds a face, which gets the next number.
-    pub fn add(&mut self, face: ReferenceSet) {
+    /// Adds a face and returns its number: the next one, counting those that were removed.
+    ///
+    /// # Errors
+    /// [`InputError::DescriptorLength`] where its descriptors are not of the index's length.
+    pub fn add(&mut self, face: ReferenceSet) -> Result<usize, InputError> {
+        if face.length() != self.length {
+            return Err(InputError::DescriptorLength {
+                length: face.length(),
+                expected: self.length,
+            });
+        }
+        let number = self.faces.len();
         self.faces.push(face);
+        self.present.push(number as u32);
+        Ok(number)
     }
 
-    /// The faces in the order in which they were added.
+    /// Removes a face. The others keep their numbers; this one's stays empty.
+    ///
+    /// # Errors
+    /// [`InputError::NoSuchFace`] where no face has the number, or it was removed already.
+    pub fn remove(&mut self, face: usize) -> Result<(), InputError> {
+        let place = self.present.iter().position(|&f| f as usize == face);
+        let Some(place) = place else {
+            return Err(InputError::NoSuchFace {
+                face,
+                count: self.faces.len(),
+            });
+        };
+        self.present.remove(place);
+        self.faces[face] = ReferenceSet::default();
+        Ok(())
+    }
+
+    /// The faces in the order in which they were added; removed ones are empty.
     pub fn faces(&self) -> &[ReferenceSet] {
         &self.faces
     }
 
     /// The k nearest references of each descriptor, and the ratio to the nearest elsewhere.
     ///
+    /// The descriptors lie one after the other. The result does not depend on the number of
+    /// threads nor on the processor.
+    ///
     /// # Errors
-    /// [`InputError::DescriptorCount`] where the queries are no whole number of descriptors.
+    /// [`InputError::DescriptorCount`] where the queries are no whole number of descriptors,
+    /// [`InputError::OutOfRange`] for k = 0.
     pub fn candidates(&self, queries: &[u8], k: usize) -> Result<Candidates, InputError> {
+        let mut found = Candidates::default();
+        self.candidates_into(queries, k, &mut found)?;
+        Ok(found)
+    }
+
+    /// The same into memory that is used again.
+    ///
+    /// # Errors
+    /// Those of [`Self::candidates`]; `found` is as it was then.
+    pub fn candidates_into(
+        &self,
+        queries: &[u8],
+        k: usize,
+        found: &mut Candidates,
+    ) -> Result<(), InputError> {
         if !queries.len().is_multiple_of(self.length) {
             return Err(InputError::DescriptorCount {
-                points: queries.len() / self.length,
+                points: queries.len() / self.length.max(1),
                 length: self.length,
                 bytes: queries.len(),
             });
         }
-        let mut found = Candidates {
-            k,
-            ..Candidates::default()
+        if k == 0 {
+            return Err(InputError::OutOfRange {
+                name: "k",
+                value: 0.0,
+                valid: "at least 1",
+            });
+        }
+        let search = Search {
+            kernel: self.kernel,
+            metric: self.metric,
+            length: self.length.max(1),
+            faces: &self.faces,
+            among: &self.present,
         };
-        for query in queries.chunks_exact(self.length) {
-            let mut all: Vec<(f32, u32, u32)> = Vec::new();
-            for (number, face) in self.faces.iter().enumerate() {
-                for (i, reference) in face.descriptors().chunks_exact(self.length).enumerate() {
-                    all.push((self.distance(query, reference), number as u32, i as u32));
-                }
-            }
-            all.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let nearest = all.first().copied();
-            let elsewhere = all.iter().find(|other| {
-                nearest.is_some_and(|near| {
-                    let face = &self.faces[near.1 as usize];
-                    let (a, b) = (near.2 as usize, other.2 as usize);
-                    near.1 != other.1
-                        || distance(face.points()[a], self.faces[other.1 as usize].points()[b])
-                            > face.radius()
-                })
-            });
-            found.ratio.push(match (nearest, elsewhere) {
-                (None, _) => f32::INFINITY,
-                (Some(_), None) => 0.0,
-                (Some(_), Some(other)) if other.0 == 0.0 => 1.0,
-                (Some(near), Some(other)) => near.0 / other.0,
-            });
-            all.resize(k.max(all.len()), (f32::INFINITY, NONE, NONE));
-            for neighbour in &all[..k] {
-                found.distance.push(neighbour.0);
-                found.face.push(neighbour.1);
-                found.reference.push(neighbour.2);
-            }
-        }
-        Ok(found)
+        search.candidates_into(queries, k, found);
+        Ok(())
     }
-
-    fn distance(&self, a: &[u8], b: &[u8]) -> f32 {
-        let pairs = a.iter().zip(b);
-        match self.metric {
-            Metric::Euclidean => {
-                let sum: u32 = pairs.map(|(a, b)| u32::from(a.abs_diff(*b)).pow(2)).sum();
-                (sum as f32).sqrt()
-            }
-            Metric::Hamming => pairs.map(|(a, b)| (a ^ b).count_ones()).sum::<u32>() as f32,
-        }
-    }
-}
-
-fn distance(a: [f32; 2], b: [f32; 2]) -> f32 {
-    (a[0] - b[0]).hypot(a[1] - b[1])
 }

@@ -1,9 +1,23 @@
 //! Matching a frame's descriptors with those of all faces of all objects in one index.
+//!
+//! Descriptors are bytes, distances are exact integers: whichever instruction set computes them and
+//! however many threads do, the neighbours are the same.
 
+mod blocks;
 mod candidates;
+mod exhaustive;
 mod index;
+mod kernel;
+mod nearest;
+#[cfg(test)]
+mod oracle;
 mod reference;
+mod scan;
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests;
 
 pub use candidates::{Candidates, NONE};
 pub use index::ReferenceIndex;
+pub use kernel::Kernel;
 pub use reference::{Metric, ReferenceSet};

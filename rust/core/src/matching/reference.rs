@@ -1,5 +1,6 @@
 //! What the index keeps of a face.
 
+use super::blocks::DescriptorBlocks;
 use crate::InputError;
 
 /// How descriptors are compared.
@@ -11,12 +12,15 @@ pub enum Metric {
     Hamming,
 }
 
+/// Longest descriptor [bytes]: sums of products stay far within 32 bits.
+const LONGEST: usize = 4096;
+
 /// Descriptors of one face, from all its oblique views.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct ReferenceSet {
     points: Vec<[f32; 2]>,
     frames: Vec<[f32; 4]>,
-    descriptors: Vec<u8>,
+    descriptors: DescriptorBlocks,
     radius: f32,
 }
 
@@ -28,7 +32,8 @@ impl ReferenceSet {
     /// `radius`: two points closer than this are the same place.
     ///
     /// # Errors
-    /// [`InputError::DescriptorCount`] unless there is one frame and one descriptor a point.
+    /// [`InputError::DescriptorCount`] unless there is one frame and one descriptor a point,
+    /// [`InputError::OutOfRange`] for a length of 0 or above 4096.
     pub fn new(
         points: Vec<[f32; 2]>,
         frames: Vec<[f32; 4]>,
@@ -36,6 +41,13 @@ impl ReferenceSet {
         length: usize,
         radius: f32,
     ) -> Result<Self, InputError> {
+        if !(1..=LONGEST).contains(&length) {
+            return Err(InputError::OutOfRange {
+                name: "the length of descriptors",
+                value: length as f64,
+                valid: "1 to 4096 bytes",
+            });
+        }
         if frames.len() != points.len() || descriptors.len() != points.len() * length {
             return Err(InputError::DescriptorCount {
                 points: points.len(),
@@ -46,7 +58,7 @@ impl ReferenceSet {
         Ok(Self {
             points,
             frames,
-            descriptors,
+            descriptors: DescriptorBlocks::new(&descriptors, length),
             radius,
         })
     }
@@ -71,13 +83,29 @@ impl ReferenceSet {
         &self.frames
     }
 
-    /// The descriptors, one after the other.
-    pub fn descriptors(&self) -> &[u8] {
+    /// A copy of the descriptors, one after the other.
+    pub fn descriptors(&self) -> Vec<u8> {
+        self.descriptors.to_bytes()
+    }
+
+    /// Bytes of a descriptor.
+    pub fn length(&self) -> usize {
+        self.descriptors.length()
+    }
+
+    /// The descriptors as the search reads them.
+    pub(super) fn blocks(&self) -> &DescriptorBlocks {
         &self.descriptors
     }
 
     /// Two points closer than this [reference px] are the same place.
     pub fn radius(&self) -> f32 {
         self.radius
+    }
+
+    /// Whether two of the descriptors, by their numbers, are of the same place.
+    pub fn same_place(&self, a: usize, b: usize) -> bool {
+        let (a, b) = (self.points[a], self.points[b]);
+        (a[0] - b[0]).hypot(a[1] - b[1]) <= self.radius
     }
 }

@@ -1,0 +1,57 @@
+//! The nearest few of many.
+
+/// A reference at a distance. Nearer ones come first, equally near ones in the order in which they
+/// were added to the index.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Neighbour {
+    /// Squared Euclidean distance or number of differing bits.
+    pub distance: i32,
+    /// Number of the face.
+    pub face: u32,
+    /// Number within the face's set.
+    pub reference: u32,
+}
+
+/// The k nearest so far, in order.
+#[derive(Debug, Clone)]
+pub struct Nearest {
+    k: usize,
+    found: Vec<Neighbour>,
+}
+
+impl Nearest {
+    /// None yet; `k` is at least one.
+    pub fn new(k: usize) -> Self {
+        Self {
+            k,
+            found: Vec::with_capacity(k),
+        }
+    }
+
+    /// What the distance of another one must be below to get in, if it comes after those found.
+    pub fn limit(&self) -> i32 {
+        match self.found.get(self.k - 1) {
+            Some(last) => last.distance,
+            None => i32::MAX,
+        }
+    }
+
+    /// Takes a neighbour over the last one, which must be farther.
+    pub fn insert(&mut self, neighbour: Neighbour) {
+        if self.found.len() == self.k {
+            self.found.pop();
+        }
+        let place = self.found.iter().rposition(|other| *other < neighbour);
+        self.found.insert(place.map_or(0, |p| p + 1), neighbour);
+    }
+
+    /// Those found, in order.
+    pub fn found(&self) -> &[Neighbour] {
+        &self.found
+    }
+
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.found.clear();
+    }
+}

@@ -1,0 +1,174 @@
+//! The index against the search by its definition.
+
+use super::*;
+use crate::InputError;
+use crate::random::SplitMix64;
+
+/// Descriptors around a few centres, as those of oblique views of one point are.
+fn descriptors(count: usize, length: usize, largest: usize, random: &mut SplitMix64) -> Vec<u8> {
+    let centres: Vec<u8> = (0..6 * length)
+        .map(|_| random.index(largest + 1) as u8)
+        .collect();
+    let mut bytes = Vec::new();
+    for _ in 0..count {
+        let centre = &centres[random.index(6) * length..][..length];
+        for &byte in centre {
+            let noise = random.index(4) as u8;
+            bytes.push((byte.saturating_add(noise)).min(largest as u8));
+        }
+    }
+    bytes
+}
+
+fn set(count: usize, length: usize, largest: usize, random: &mut SplitMix64) -> ReferenceSet {
+    let bytes = descriptors(count, length, largest, random);
+    let points = (0..count)
+        .map(|_| [random.index(3) as f32 * 4.0, random.index(3) as f32 * 4.0])
+        .collect();
+    let radius = [0.0, 4.5, 100.0][random.index(3)];
+    ReferenceSet::new(points, vec![[0.0; 4]; count], bytes, length, radius).unwrap()
+}
+
+fn index(metric: Metric, length: usize, sets: &[ReferenceSet], kernel: Kernel) -> ReferenceIndex {
+    let mut index = ReferenceIndex::with_kernel(metric, length, kernel);
+    for (number, set) in sets.iter().enumerate() {
+        assert_eq!(index.add(set.clone()).unwrap(), number);
+    }
+    index
+}
+
+#[test]
+fn every_instruction_set_finds_what_the_definition_says() {
+    let mut random = SplitMix64::new(1);
+    for metric in [Metric::Euclidean, Metric::Hamming] {
+        for (length, largest) in [
+            (1, 3),
+            (32, 255),
+            (61, 255),
+            (64, 127),
+            (128, 127),
+            (128, 255),
+        ] {
+            for sizes in [
+                vec![],
+                vec![1],
+                vec![0, 5, 0],
+                vec![33, 64, 2],
+                vec![2500, 40],
+            ] {
+                let sets: Vec<_> = sizes
+                    .iter()
+                    .map(|&n| set(n, length, largest, &mut random))
+                    .collect();
+                let queries = descriptors(random.index(80), length, largest, &mut random);
+                let k = 1 + random.index(40);
+                let expected = oracle::candidates(metric, length, &sets, &queries, k);
+                for kernel in Kernel::available() {
+                    let found = index(metric, length, &sets, kernel)
+                        .candidates(&queries, k)
+                        .unwrap();
+                    assert_eq!(
+                        found, expected,
+                        "{metric:?} {length} {sizes:?} {k} {kernel:?}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_ratio_looks_beyond_the_k_nearest_for_another_place() {
+    // Twenty views of one point, then one of another point that is twice as far.
+    let mut bytes: Vec<u8> = (0..20).flat_map(|_| [10, 0, 0, 0]).collect();
+    bytes.extend([20, 0, 0, 0]);
+    let mut points = vec![[5.0, 5.0]; 20];
+    points.push([50.0, 5.0]);
+    let set = ReferenceSet::new(points, vec![[0.0; 4]; 21], bytes, 4, 3.0).unwrap();
+    let index = index(Metric::Euclidean, 4, &[set], Kernel::best());
+    for k in [1, 4, 20, 21, 30] {
+        assert_eq!(index.candidates(&[0; 4], k).unwrap().ratio, [0.5], "{k}");
+    }
+}
+
+#[test]
+fn the_number_of_threads_changes_nothing() {
+    let mut random = SplitMix64::new(2);
+    let sets = [3000, 100].map(|n| set(n, 128, 127, &mut random));
+    let queries = descriptors(500, 128, 127, &mut random);
+    let index = index(Metric::Euclidean, 128, &sets, Kernel::best());
+    let with = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let pool = pool.build().unwrap();
+        pool.install(|| index.candidates(&queries, 9).unwrap())
+    };
+    assert_eq!(with(1), with(3));
+}
+
+#[test]
+fn memory_of_another_frame_leaves_no_trace() {
+    let mut random = SplitMix64::new(3);
+    let sets = [set(200, 32, 255, &mut random)];
+    let index = index(Metric::Hamming, 32, &sets, Kernel::best());
+    let mut found = Candidates::default();
+    for count in [70, 3, 0, 40] {
+        let queries = descriptors(count, 32, 255, &mut random);
+        index.candidates_into(&queries, 5, &mut found).unwrap();
+        assert_eq!(found, index.candidates(&queries, 5).unwrap());
+    }
+}
+
+#[test]
+fn a_removed_face_is_not_found_and_the_others_keep_their_numbers() {
+    let mut random = SplitMix64::new(4);
+    let sets = [50, 60, 70].map(|n| set(n, 64, 127, &mut random));
+    let mut index = index(Metric::Euclidean, 64, &sets, Kernel::best());
+    index.remove(1).unwrap();
+    let kept = [sets[0].clone(), ReferenceSet::default(), sets[2].clone()];
+    let queries = descriptors(40, 64, 127, &mut random);
+    let expected = oracle::candidates(Metric::Euclidean, 64, &kept, &queries, 6);
+    assert_eq!(index.candidates(&queries, 6).unwrap(), expected);
+    assert_eq!(index.add(sets[1].clone()).unwrap(), 3);
+    assert!(index.faces()[1].is_empty());
+    for face in [1, 4] {
+        let count = 4;
+        assert_eq!(
+            index.remove(face),
+            Err(InputError::NoSuchFace { face, count })
+        );
+    }
+}
+
+#[test]
+fn what_does_not_fit_is_refused_with_its_numbers() {
+    let mut index = ReferenceIndex::new(Metric::Euclidean, 64);
+    let short = ReferenceSet::new(vec![[0.0; 2]], vec![[0.0; 4]], vec![0; 32], 32, 1.0).unwrap();
+    assert_eq!(
+        index.add(short),
+        Err(InputError::DescriptorLength {
+            length: 32,
+            expected: 64
+        })
+    );
+    assert!(matches!(
+        index.candidates(&[0; 65], 1),
+        Err(InputError::DescriptorCount {
+            points: 1,
+            length: 64,
+            bytes: 65
+        })
+    ));
+    assert!(matches!(
+        index.candidates(&[], 0),
+        Err(InputError::OutOfRange { .. })
+    ));
+    for length in [0, 5000] {
+        let set = ReferenceSet::new(vec![], vec![], vec![], length, 1.0);
+        assert!(matches!(set, Err(InputError::OutOfRange { .. })));
+    }
+    assert!(
+        ReferenceIndex::new(Metric::Hamming, 0)
+            .candidates(&[1], 1)
+            .is_err()
+    );
+}
