@@ -282,6 +282,49 @@ def fused(
 ) -> Estimate:
     """Pose from the correspondences and the depth (H×W float32 metres) of all faces."""
 
+@final
+class ReferenceIndex:
+    """One index over the descriptors of all faces; grows and shrinks by a face at a time.
+
+    Args:
+        length: bytes of a descriptor.
+        is_binary: compare bit strings by the number of differing bits, not bytes by L2.
+    """
+
+    def __new__(cls, length: int, *, is_binary: bool) -> ReferenceIndex: ...
+    def __len__(self) -> int:
+        """Number of faces that were added, those that were removed too."""
+
+    def add(
+        self,
+        points: NDArray[np.float32],
+        frames: NDArray[np.float32],
+        descriptors: NDArray[np.uint8],
+        radius: float,
+    ) -> int:
+        """Add a face (N×2, N×2×2, N×length; see `planegrasp.matching.ReferenceSet`).
+
+        Returns:
+            Its number: the next one, counting those that were removed.
+        """
+
+    def remove(self, face: int) -> None:
+        """Remove a face. The others keep their numbers."""
+
+    def candidates(
+        self, descriptors: NDArray[np.uint8], k: int
+    ) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float32], NDArray[np.float32]]:
+        """The k nearest references of each descriptor (N×length), nearest first.
+
+        Returns:
+            N×k numbers of faces and N×k numbers within the face, -1 for none; N×k distances (L2
+            of bytes, or differing bits), infinite for none; and N ratios: nearest distance over
+            that of the nearest elsewhere, 0 where nothing is elsewhere, infinite without any.
+
+        Raises:
+            InvalidInputError: for another length, or k = 0.
+        """
+
 def planar_poses(face: Face, camera: Camera) -> list[NDArray[np.float64]]:
     """Both planar solutions T_camera_face (4×4) before refinement, the better one first."""
 

@@ -10,7 +10,7 @@ from planegrasp.features.oblique import ObliqueConfig, extract_oblique
 from planegrasp.matching.neighbours import MATCHERS, flann_kdtree, flann_lsh, make_matcher
 
 FLOAT_MATCHERS = ["brute-force", "flann-kdtree", "flann-kmeans"]
-BINARY_MATCHERS = ["brute-force", "flann-lsh"]
+BINARY_MATCHERS = ["brute-force", "native", "flann-lsh"]
 EVERY = [(name, False) for name in FLOAT_MATCHERS] + [(name, True) for name in BINARY_MATCHERS]
 
 
@@ -51,12 +51,14 @@ def described(photo):
     return both.__getitem__
 
 
-@pytest.mark.parametrize("is_binary", [False, True])
+@pytest.mark.parametrize(
+    ("name", "is_binary"), [("brute-force", False), ("brute-force", True), ("native", True)]
+)
 @pytest.mark.parametrize("k", [1, 5])
-def test_brute_force_is_exact(is_binary, k):
+def test_exact_search_is_exact(name, is_binary, k):
     references = random_descriptors(300, is_binary)
     queries = random_descriptors(70, is_binary, seed=1)
-    indices, distances = make_matcher("brute-force", references).search(queries, k)
+    indices, distances = make_matcher(name, references).search(queries, k)
     expected, table = exact(references, queries, k)
     np.testing.assert_allclose(distances, expected, rtol=1e-5)
     rows = np.arange(len(queries))[:, None]
@@ -68,6 +70,7 @@ def test_brute_force_is_exact(is_binary, k):
     [
         ("brute-force", False, 1.0, 1.0),
         ("brute-force", True, 1.0, 1.0),
+        ("native", True, 1.0, 1.0),
         # Of about 6000; most misses are among descriptors that are about equally far.
         ("flann-kdtree", False, 0.8, 0.6),
         ("flann-kmeans", False, 0.9, 0.85),
@@ -160,7 +163,7 @@ def test_lsh_finds_nothing_for_what_is_like_none_of_the_references():
 @pytest.mark.parametrize(
     ("name", "is_binary", "instead"),
     [("flann-kdtree", True, "flann-lsh"), ("flann-kmeans", True, "flann-lsh"),
-     ("flann-lsh", False, "flann-kdtree")],
+     ("flann-lsh", False, "flann-kdtree"), ("native", False, "flann-kdtree")],
 )  # fmt: skip
 def test_the_wrong_kind_of_descriptor_is_refused_with_what_to_use(name, is_binary, instead):
     with pytest.raises(InvalidInputError, match=f"{name}.*use brute-force or {instead}"):
@@ -168,7 +171,9 @@ def test_the_wrong_kind_of_descriptor_is_refused_with_what_to_use(name, is_binar
 
 
 def test_an_unknown_matcher_is_answered_with_those_that_are_known():
-    with pytest.raises(InvalidInputError, match="'annoy'; there are brute-force, flann-kdtree"):
+    with pytest.raises(
+        InvalidInputError, match="'annoy'; there are brute-force, native, flann-kdtree"
+    ):
         make_matcher("annoy", random_descriptors(5, False))
     assert set(MATCHERS) == {*FLOAT_MATCHERS, *BINARY_MATCHERS}
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Protocol
 import cv2
 import numpy as np
 
+from planegrasp import _core
 from planegrasp.errors import InvalidInputError
 
 if TYPE_CHECKING:
@@ -60,6 +61,27 @@ class BruteForce:
             K=found,
         )
         return _pad(np.asarray(indices), np.asarray(distances), k)
+
+
+class Native:
+    """Exact search of the core, for bit strings."""
+
+    def __init__(self, references: Descriptors) -> None:
+        if references.dtype != np.uint8:
+            raise InvalidInputError(
+                f"matcher 'native' searches bytes, this extractor gives {references.dtype}: use"
+                " brute-force or flann-kdtree"
+            )
+        n, length = references.shape
+        # Neighbours alone are asked for: where they lie does not matter.
+        points, frames = np.zeros((n, 2), np.float32), np.zeros((n, 2, 2), np.float32)
+        self._index = _core.ReferenceIndex(length, is_binary=True)
+        self._index.add(points, frames, references.astype(np.uint8, copy=False), 0.0)
+
+    def search(self, queries: Descriptors, k: int) -> Neighbours:
+        """Find the k nearest of each query, see `NeighbourSearch.search`."""
+        _, indices, distances, _ = self._index.candidates(queries.astype(np.uint8, copy=False), k)
+        return indices, distances
 
 
 class Flann:
@@ -121,6 +143,7 @@ def flann_lsh(
 
 MATCHERS: dict[str, Callable[[Descriptors], NeighbourSearch]] = {
     "brute-force": BruteForce,
+    "native": Native,
     "flann-kdtree": flann_kdtree,
     "flann-kmeans": flann_kmeans,
     "flann-lsh": flann_lsh,

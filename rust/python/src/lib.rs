@@ -15,6 +15,7 @@ mod face;
 mod face_search;
 mod fused;
 mod homography;
+mod matching;
 mod plane;
 mod pnp;
 mod three_point;
@@ -37,6 +38,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<face_search::FoundFace>()?;
     module.add_class::<face_search::Attempt>()?;
     module.add_class::<face_search::FaceSearch>()?;
+    module.add_class::<matching::ReferenceIndex>()?;
     module.add_function(wrap_pyfunction!(three_point::three_point, module)?)?;
     module.add_function(wrap_pyfunction!(pnp::pnp, module)?)?;
     module.add_function(wrap_pyfunction!(pnp::planar_poses, module)?)?;

@@ -1,0 +1,132 @@
+//! The index of reference descriptors.
+
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use planegrasp_core::matching::{self as core, Metric, NONE};
+use pyo3::prelude::*;
+
+use crate::errors::{from_input_error, invalid_input};
+
+type Found<'py> = (
+    Bound<'py, PyArray2<i32>>,
+    Bound<'py, PyArray2<i32>>,
+    Bound<'py, PyArray2<f32>>,
+    Bound<'py, PyArray1<f32>>,
+);
+
+/// One index over the descriptors of all faces; grows and shrinks by a face at a time.
+#[pyclass(module = "planegrasp._core")]
+pub struct ReferenceIndex {
+    index: core::ReferenceIndex,
+    length: usize,
+}
+
+#[pymethods]
+impl ReferenceIndex {
+    /// An empty index of descriptors of `length` bytes.
+    #[new]
+    #[pyo3(signature = (length, *, is_binary))]
+    fn new(length: usize, is_binary: bool) -> PyResult<Self> {
+        if length == 0 {
+            return Err(invalid_input("descriptors have at least 1 byte, got 0"));
+        }
+        let metric = match is_binary {
+            true => Metric::Hamming,
+            false => Metric::Euclidean,
+        };
+        Ok(Self {
+            index: core::ReferenceIndex::new(metric, length),
+            length,
+        })
+    }
+
+    /// Number of faces that were added, those that were removed too.
+    fn __len__(&self) -> usize {
+        self.index.faces().len()
+    }
+
+    /// Adds a face and returns its number.
+    fn add(
+        &mut self,
+        py: Python<'_>,
+        points: PyReadonlyArrayDyn<'_, f32>,
+        frames: PyReadonlyArrayDyn<'_, f32>,
+        descriptors: PyReadonlyArrayDyn<'_, u8>,
+        radius: f32,
+    ) -> PyResult<usize> {
+        let points = rows(&points, &[2], "points")?;
+        let frames = rows(&frames, &[2, 2], "frames")?;
+        let descriptors = self.descriptors(&descriptors)?;
+        py.detach(|| {
+            let set = core::ReferenceSet::new(points, frames, descriptors, self.length, radius)?;
+            self.index.add(set)
+        })
+        .map_err(from_input_error)
+    }
+
+    /// Removes a face; the others keep their numbers.
+    fn remove(&mut self, py: Python<'_>, face: usize) -> PyResult<()> {
+        py.detach(|| self.index.remove(face))
+            .map_err(from_input_error)
+    }
+
+    /// The k nearest references of each descriptor: face, reference, distance, and the ratio.
+    fn candidates<'py>(
+        &self,
+        py: Python<'py>,
+        descriptors: PyReadonlyArrayDyn<'_, u8>,
+        k: usize,
+    ) -> PyResult<Found<'py>> {
+        let queries = self.descriptors(&descriptors)?;
+        let count = queries.len() / self.length;
+        let found = py
+            .detach(|| self.index.candidates(&queries, k))
+            .map_err(from_input_error)?;
+        let shape = [count, k];
+        Ok((
+            numbers(found.face).into_pyarray(py).reshape(shape)?,
+            numbers(found.reference).into_pyarray(py).reshape(shape)?,
+            found.distance.into_pyarray(py).reshape(shape)?,
+            found.ratio.into_pyarray(py),
+        ))
+    }
+}
+
+impl ReferenceIndex {
+    fn descriptors(&self, array: &PyReadonlyArrayDyn<'_, u8>) -> PyResult<Vec<u8>> {
+        match array.shape() {
+            [_, length] if *length == self.length => Ok(array.as_array().iter().copied().collect()),
+            shape => Err(invalid_input(format!(
+                "descriptors must be N×{}, got shape {shape:?}",
+                self.length
+            ))),
+        }
+    }
+}
+
+/// An array of N rows of a certain shape, of `LENGTH` values each.
+fn rows<const LENGTH: usize>(
+    array: &PyReadonlyArrayDyn<'_, f32>,
+    row: &[usize],
+    name: &str,
+) -> PyResult<Vec<[f32; LENGTH]>> {
+    match array.shape() {
+        [_, rest @ ..] if rest == row => {}
+        shape => {
+            return Err(invalid_input(format!(
+                "{name} must be N rows of shape {row:?}, got shape {shape:?}"
+            )));
+        }
+    }
+    let values: Vec<f32> = array.as_array().iter().copied().collect();
+    Ok(values.as_chunks().0.to_vec())
+}
+
+/// Numbers of faces or references, -1 for none.
+fn numbers(values: Vec<u32>) -> Vec<i32> {
+    let number = |value| match value {
+        NONE => -1,
+        value => value as i32,
+    };
+    values.into_iter().map(number).collect()
+}

@@ -1,0 +1,107 @@
+"""The core's index through its bindings, against plain NumPy."""
+
+import numpy as np
+import pytest
+
+from planegrasp import _core
+from planegrasp.errors import InvalidInputError
+
+
+def face(n, length, seed):
+    rng = np.random.default_rng(seed)
+    points = rng.integers(0, 4, (n, 2)).astype(np.float32) * 10
+    frames = np.tile(np.eye(2, dtype=np.float32), (n, 1, 1))
+    return points, frames, rng.integers(0, 128, (n, length)).astype(np.uint8)
+
+
+def index_of(faces, length, radius, *, is_binary=False):
+    index = _core.ReferenceIndex(length, is_binary=is_binary)
+    for number, (points, frames, descriptors) in enumerate(faces):
+        assert index.add(points, frames, descriptors, radius) == number
+    assert len(index) == len(faces)
+    return index
+
+
+def plain(faces, queries, radius, *, is_binary):
+    """All distances to each query, sorted, with face and reference, and the ratios."""
+    number = np.concatenate([np.full(len(f[0]), i) for i, f in enumerate(faces)])
+    reference = np.concatenate([np.arange(len(f[0])) for f in faces])
+    points = np.concatenate([f[0] for f in faces])
+    d = np.concatenate([f[2] for f in faces])
+    if is_binary:
+        distance = np.bitwise_count(queries[:, None] ^ d).sum(axis=2).astype(float)
+    else:
+        distance = np.sqrt(((queries[:, None].astype(float) - d) ** 2).sum(axis=2))
+    order = np.argsort(distance, axis=1, kind="stable")
+    ratio = []
+    for row, by_distance in zip(distance, order, strict=True):
+        first = by_distance[0]
+        apart = np.linalg.norm(points - points[first], axis=1) > radius
+        ratio.append(row[first] / row[(number != number[first]) | apart].min())
+    return number[order], reference[order], np.take_along_axis(distance, order, 1), ratio
+
+
+@pytest.mark.parametrize(("is_binary", "length"), [(False, 128), (False, 64), (True, 61)])
+def test_neighbours_and_ratios_are_those_of_plain_numpy(is_binary, length):
+    faces = [face(n, length, seed) for seed, n in enumerate((300, 1, 0, 77))]
+    queries = face(45, length, 9)[2]
+    found = index_of(faces, length, 12.0, is_binary=is_binary).candidates(queries, 6)
+    number, reference, distance, ratio = plain(faces, queries, 12.0, is_binary=is_binary)
+    np.testing.assert_array_equal(found[0], number[:, :6])
+    np.testing.assert_array_equal(found[1], reference[:, :6])
+    np.testing.assert_allclose(found[2], distance[:, :6], rtol=1e-6)
+    np.testing.assert_allclose(found[3], ratio, rtol=1e-6)
+    assert [a.dtype for a in found] == [np.int32, np.int32, np.float32, np.float32]
+
+
+def test_strided_arrays_will_do():
+    faces = [face(200, 32, 1)]
+    whole = index_of([tuple(a[::2].copy() for a in faces[0])], 32, 1.0)
+    strided = index_of([tuple(a[::2] for a in faces[0])], 32, 1.0)
+    queries = face(60, 64, 2)[2]
+    expected = whole.candidates(queries[:, ::2].copy(), 3)
+    for a, b in zip(strided.candidates(queries[:, ::2], 3), expected, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_missing_neighbours_are_minus_one_at_infinity():
+    queries = face(3, 16, 0)[2]
+    number, reference, distance, ratio = index_of([], 16, 1.0).candidates(queries, 2)
+    np.testing.assert_array_equal(number, np.full((3, 2), -1))
+    np.testing.assert_array_equal(reference, np.full((3, 2), -1))
+    assert np.all(np.isinf(distance))
+    assert np.all(np.isinf(ratio))
+
+
+def test_a_removed_face_is_found_no_more_and_cannot_be_removed_again():
+    faces = [face(30, 16, seed) for seed in range(3)]
+    index = index_of(faces, 16, 1.0)
+    assert np.all(index.candidates(faces[1][2], 1)[0] == 1)
+    index.remove(1)
+    assert np.all(np.isin(index.candidates(faces[1][2], 8)[0], (0, 2)))
+    with pytest.raises(InvalidInputError, match=r"face 1 is not in the index.* 3 faces"):
+        index.remove(1)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"points": np.zeros((5, 3), np.float32)}, r"points must be N rows of shape \[2\]"),
+        ({"frames": np.zeros((5, 4), np.float32)}, r"frames must be N rows of shape \[2, 2\]"),
+        ({"descriptors": np.zeros((5, 9), np.uint8)}, r"descriptors must be N×8, got .*\[5, 9\]"),
+        ({"descriptors": np.zeros((4, 8), np.uint8)}, "5 keypoints need 5 descriptors"),
+    ],
+)
+def test_arrays_that_do_not_fit_are_refused(change, message):
+    points, frames, descriptors = face(5, 8, 0)
+    arrays = {"points": points, "frames": frames, "descriptors": descriptors} | change
+    with pytest.raises(InvalidInputError, match=message):
+        _core.ReferenceIndex(8, is_binary=False).add(**arrays, radius=1.0)
+
+
+def test_impossible_searches_are_refused():
+    with pytest.raises(InvalidInputError, match="at least 1 byte"):
+        _core.ReferenceIndex(0, is_binary=False)
+    index = _core.ReferenceIndex(8, is_binary=False)
+    with pytest.raises(InvalidInputError, match="k must be at least 1"):
+        index.candidates(np.zeros((1, 8), np.uint8), 0)
