@@ -325,6 +325,24 @@ class ReferenceIndex:
             InvalidInputError: for another length, or k = 0.
         """
 
+def by_usefulness(
+    descriptors: int,
+    descriptor: NDArray[np.uint32],
+    feature: NDArray[np.uint32],
+    view: NDArray[np.uint32],
+) -> NDArray[np.uint32]:
+    """Order descriptors by greedy maximum coverage of the features that they serve.
+
+    Args:
+        descriptors: how many there are.
+        descriptor: P, of each pair of a descriptor with a feature that it serves.
+        feature: P, of each pair.
+        view: of each feature; a view with few features counts as much as one with many.
+
+    Returns:
+        Descriptors, the most useful first; those that serve nothing are left out.
+    """
+
 def planar_poses(face: Face, camera: Camera) -> list[NDArray[np.float64]]:
     """Both planar solutions T_camera_face (4×4) before refinement, the better one first."""
 

@@ -72,53 +72,18 @@ def oblique_views(gray: NDArray[np.uint8], config: ObliqueConfig) -> Iterator[Vi
         step = config.rotation_step / tilt
         angles = np.arange(0.0, 180.0, step) if tilt > 1.0 else np.zeros(1)
         for angle in angles:
-            yield _view(gray, tilt, float(np.radians(angle)), config.blur)
+            yield oblique_view(gray, tilt, float(np.radians(angle)), config.blur)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ObliqueFeatures:
-    """Features of all views of a reference, mapped back to it.
+def oblique_view(gray: NDArray[np.uint8], tilt: float, angle: float, blur: float) -> View:
+    """One view of an H×W uint8 reference.
 
-    Attributes:
-        points: M×2 float32, reference pixels (centres at integers).
-        frames: M×2×2 float32, from each keypoint's own frame to the reference.
-        descriptors: M×D.
+    Args:
+        gray: the reference.
+        tilt: t = 1 / cos(out-of-plane angle), ≥ 1.
+        angle: of the direction that is compressed [rad].
+        blur: see `ObliqueConfig`.
     """
-
-    points: NDArray[np.float32]
-    frames: NDArray[np.float32]
-    descriptors: NDArray[np.float32] | NDArray[np.uint8]
-
-    def __len__(self) -> int:
-        return len(self.points)
-
-
-def extract_oblique(
-    extractor: Extractor, gray: NDArray[np.uint8], config: ObliqueConfig
-) -> ObliqueFeatures:
-    """Features of all views that lie on the reference."""
-    parts: list[ObliqueFeatures] = []
-    height, width = gray.shape
-    for view in oblique_views(gray, config):
-        features = extractor.extract(view.image)
-        reference_from_view = np.linalg.inv(view.view_from_reference[:, :2])
-        points = (features.points - view.view_from_reference[:, 2]) @ reference_from_view.T
-        inside = np.all((points >= 0) & (points <= (width - 1, height - 1)), axis=1)
-        parts.append(
-            ObliqueFeatures(
-                points[inside].astype(np.float32),
-                (reference_from_view @ features.frames[inside]).astype(np.float32),
-                features.descriptors[inside],
-            )
-        )
-    return ObliqueFeatures(
-        np.concatenate([p.points for p in parts]),
-        np.concatenate([p.frames for p in parts]),
-        np.concatenate([p.descriptors for p in parts]),
-    )
-
-
-def _view(gray: NDArray[np.uint8], tilt: float, angle: float, blur: float) -> View:
     if tilt == 1.0 and angle == 0.0:
         return View(gray, np.eye(2, 3))
     height, width = gray.shape
@@ -145,3 +110,50 @@ def _view(gray: NDArray[np.uint8], tilt: float, angle: float, blur: float) -> Vi
     )
     view_from_reference = squeeze[:, :2] @ rotation
     return View(image.astype(np.uint8), view_from_reference)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ObliqueFeatures:
+    """Features of all views of a reference, mapped back to it.
+
+    Attributes:
+        points: M×2 float32, reference pixels (centres at integers).
+        frames: M×2×2 float32, from each keypoint's own frame to the reference.
+        descriptors: M×D.
+    """
+
+    points: NDArray[np.float32]
+    frames: NDArray[np.float32]
+    descriptors: NDArray[np.float32] | NDArray[np.uint8]
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def select(self, keep: NDArray[np.intp]) -> ObliqueFeatures:
+        """The features at indices, in their order."""
+        return ObliqueFeatures(self.points[keep], self.frames[keep], self.descriptors[keep])
+
+
+def extract_oblique(
+    extractor: Extractor, gray: NDArray[np.uint8], config: ObliqueConfig
+) -> ObliqueFeatures:
+    """Features of all views that lie on the reference."""
+    parts: list[ObliqueFeatures] = []
+    height, width = gray.shape
+    for view in oblique_views(gray, config):
+        features = extractor.extract(view.image)
+        reference_from_view = np.linalg.inv(view.view_from_reference[:, :2])
+        points = (features.points - view.view_from_reference[:, 2]) @ reference_from_view.T
+        inside = np.all((points >= 0) & (points <= (width - 1, height - 1)), axis=1)
+        parts.append(
+            ObliqueFeatures(
+                points[inside].astype(np.float32),
+                (reference_from_view @ features.frames[inside]).astype(np.float32),
+                features.descriptors[inside],
+            )
+        )
+    return ObliqueFeatures(
+        np.concatenate([p.points for p in parts]),
+        np.concatenate([p.frames for p in parts]),
+        np.concatenate([p.descriptors for p in parts]),
+    )

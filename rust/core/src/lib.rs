@@ -20,6 +20,7 @@ pub mod camera;
 pub mod candidates;
 pub mod convex_hull;
 pub mod correlation;
+pub mod coverage;
 pub mod depth_image;
 pub mod depth_plane;
 pub mod depth_region;

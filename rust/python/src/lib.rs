@@ -9,6 +9,7 @@
 
 mod arrays;
 mod camera;
+mod coverage;
 mod errors;
 mod estimate;
 mod face;
@@ -39,6 +40,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<face_search::Attempt>()?;
     module.add_class::<face_search::FaceSearch>()?;
     module.add_class::<matching::ReferenceIndex>()?;
+    module.add_function(wrap_pyfunction!(coverage::by_usefulness, module)?)?;
     module.add_function(wrap_pyfunction!(three_point::three_point, module)?)?;
     module.add_function(wrap_pyfunction!(pnp::pnp, module)?)?;
     module.add_function(wrap_pyfunction!(pnp::planar_poses, module)?)?;
