@@ -26,8 +26,8 @@ def box():
 
 
 def reference(model, name):
-    # Neither descriptors nor appearance take part in grouping.
-    return FaceReference(model, model.face(name), None, None)
+    # Descriptors take no part in grouping.
+    return FaceReference(model, model.face(name), None)
 
 
 def pose(x=0.0, turn=40.0, z=0.6):

@@ -59,9 +59,10 @@ class HomographyConfig:
                 f"need 0 < max_ratio ≤ max_loose_ratio ≤ 1, got {self.max_ratio}, "
                 f"{self.max_loose_ratio}"
             )
-        if self.threshold <= 0 or self.max_stretch <= 1:
+        if not 0 < self.threshold < np.inf or not self.max_stretch > 1:
             raise InvalidInputError(
-                f"need threshold > 0 and max_stretch > 1, got {self.threshold}, {self.max_stretch}"
+                f"need a finite threshold > 0 and max_stretch > 1, got {self.threshold}, "
+                f"{self.max_stretch}"
             )
 
 

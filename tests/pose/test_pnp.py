@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 from pose_scenes import CAMERA, Scene, errors, medians, taught_too_small, tilted
 
 from planegrasp import _core
+from planegrasp._convert import to_core_camera
 from planegrasp.geometry import PinholeCamera, RigidTransform, Rotation
 from planegrasp.pose import PnPConfig, PnPEstimator
-from planegrasp.pose._convert import to_core_camera, to_core_face
+from planegrasp.pose._convert import to_core_face
 
 ESTIMATOR = PnPEstimator()
 

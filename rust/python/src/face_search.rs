@@ -307,6 +307,12 @@ impl FaceSearch {
             [_, k] => *k,
             shape => return Err(invalid_input(format!("face must be N×k, got {shape:?}"))),
         };
+        if reference.shape() != face.shape() {
+            let (faces, references) = (face.shape(), reference.shape());
+            return Err(invalid_input(format!(
+                "face and reference must have one shape, got {faces:?} and {references:?}"
+            )));
+        }
         // -1, no neighbour, becomes the core's NONE.
         let unsigned = |array: &PyReadonlyArrayDyn<'_, i32>| -> Vec<u32> {
             array.as_array().iter().map(|&i| i as u32).collect()
@@ -356,14 +362,14 @@ impl FaceSearch {
     fn look_where(
         &self,
         py: Python<'_>,
-        number: usize,
+        number: isize,
         predicted: PyReadonlyArrayDyn<'_, f64>,
         evidence: PyRef<'_, Evidence>,
         gray: PyReadonlyArrayDyn<'_, u8>,
         camera: PyRef<'_, Camera>,
     ) -> PyResult<Option<FoundFace>> {
         self.fits(&evidence)?;
-        let face = self.face(number)?;
+        let (number, face) = self.face(number)?;
         let predicted: Matrix3<f64> = matrix3(&predicted, "predicted")?;
         let view = view(&evidence, &gray, &camera)?;
         let found = py.detach(|| core::look_where(number, face, &predicted, &view, &self.settings));
@@ -374,11 +380,11 @@ impl FaceSearch {
     fn matches(
         &self,
         evidence: PyRef<'_, Evidence>,
-        number: usize,
+        number: isize,
         max_ratio: f64,
     ) -> PyResult<Matches> {
         self.fits(&evidence)?;
-        let face = self.face(number)?;
+        let (number, face) = self.face(number)?;
         let core = evidence.core.of(number, face).passing(max_ratio);
         Ok(Matches { core })
     }
@@ -388,10 +394,10 @@ impl FaceSearch {
         &self,
         py: Python<'_>,
         evidence: PyRef<'_, Evidence>,
-        number: usize,
+        number: isize,
     ) -> PyResult<Vec<HomographyEstimate>> {
         self.fits(&evidence)?;
-        let (face, evidence) = (self.face(number)?, &evidence.core);
+        let ((number, face), evidence) = (self.face(number)?, &evidence.core);
         let found = py.detach(|| {
             let of_face = evidence.of(number, face);
             [core::from_strict, core::from_supported].map(|from| from(&of_face, &self.settings))
@@ -409,10 +415,10 @@ impl FaceSearch {
         py: Python<'_>,
         start: PyReadonlyArrayDyn<'_, f64>,
         evidence: PyRef<'_, Evidence>,
-        number: usize,
+        number: isize,
     ) -> PyResult<Option<HomographyEstimate>> {
         self.fits(&evidence)?;
-        let (face, evidence) = (self.face(number)?, &evidence.core);
+        let ((number, face), evidence) = (self.face(number)?, &evidence.core);
         let start = matrix3(&start, "start")?;
         let refined =
             py.detach(|| core::refine(&start, &evidence.of(number, face), &self.settings));
@@ -421,11 +427,14 @@ impl FaceSearch {
 }
 
 impl FaceSearch {
-    fn face(&self, number: usize) -> PyResult<&core::SearchedFace> {
-        self.faces.get(number).ok_or_else(|| {
-            let count = self.faces.len();
-            invalid_input(format!("there are {count} faces, got the number {number}"))
-        })
+    fn face(&self, number: isize) -> PyResult<(usize, &core::SearchedFace)> {
+        let known = usize::try_from(number).ok();
+        known
+            .and_then(|number| Some((number, self.faces.get(number)?)))
+            .ok_or_else(|| {
+                let count = self.faces.len();
+                invalid_input(format!("there are {count} faces, got the number {number}"))
+            })
     }
 
     /// Faces that were added after the evidence was sorted are not in it.

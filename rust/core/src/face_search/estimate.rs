@@ -112,3 +112,61 @@ fn one_per_place(mut matches: Vec<Match>) -> Vec<Match> {
 fn points(matches: &[Match]) -> Vec<PointMatch> {
     matches.iter().map(|one| one.points).collect()
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use nalgebra::Vector2;
+
+    use super::*;
+
+    fn seen(feature: u32, (x, y): (f64, f64), ratio: f64) -> Match {
+        Match {
+            feature,
+            reference: feature,
+            nearest: true,
+            ratio,
+            points: PointMatch {
+                source: Vector2::zeros(),
+                target: Vector2::new(x, y),
+            },
+        }
+    }
+
+    #[test]
+    fn of_several_descriptions_of_one_place_the_best_by_ratio_stays() {
+        let matches = vec![
+            seen(0, (50.0, 50.0), 0.7),
+            seen(1, (10.0, 20.0), 0.9),
+            seen(2, (10.05, 20.05), 0.3),
+            seen(3, (10.0, 20.0), 0.6),
+            // Half a pixel away is another keypoint.
+            seen(4, (10.5, 20.0), 0.8),
+        ];
+        let kept: Vec<u32> = one_per_place(matches).iter().map(|m| m.feature).collect();
+        assert_eq!(kept, [0, 2, 4]);
+        assert!(one_per_place(Vec::new()).is_empty());
+    }
+
+    #[test]
+    fn equally_good_descriptions_of_one_place_leave_the_first() {
+        let matches = vec![seen(3, (1.0, 1.0), 0.5), seen(5, (1.0, 1.0), 0.5)];
+        assert_eq!(one_per_place(matches)[0].feature, 3);
+    }
+
+    #[test]
+    fn a_homography_is_scaled_to_be_positive_at_the_corner() {
+        let H = Matrix3::new(2.0, 0.0, 4.0, 0.0, 6.0, 8.0, 0.0, 0.0, -2.0);
+        let expected = Matrix3::new(-1.0, 0.0, -2.0, 0.0, -3.0, -4.0, 0.0, 0.0, 1.0);
+        assert_eq!(normalise(&H), Some(expected));
+    }
+
+    #[test]
+    fn what_has_no_scale_is_degenerate() {
+        let mut infinite = Matrix3::identity();
+        infinite[(0, 1)] = f64::INFINITY;
+        for H in [Matrix3::zeros(), Matrix3::repeat(f64::NAN), infinite] {
+            assert_eq!(normalise(&H), None);
+        }
+    }
+}

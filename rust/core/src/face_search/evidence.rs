@@ -143,8 +143,12 @@ impl Evidence {
         }
     }
 
+    /// None of a face that there was not when the candidates were sorted.
     fn entries_of(&self, face: usize) -> &[Entry] {
-        &self.entries[self.starts[face] as usize..self.starts[face + 1] as usize]
+        match self.starts.get(face..).unwrap_or_default() {
+            [start, end, ..] => &self.entries[*start as usize..*end as usize],
+            _ => &[],
+        }
     }
 }
 
@@ -214,3 +218,6 @@ fn check(candidates: &Candidates, features: &ImageFeatures) -> Result<(), InputE
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests;

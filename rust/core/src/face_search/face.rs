@@ -23,8 +23,8 @@ impl SearchedFace {
     /// the index; frames are 2×2 row by row, from the keypoint's own frame to the reference.
     ///
     /// # Errors
-    /// [`InputError::PointCount`] unless there is one frame a point,
-    /// [`InputError::NotInvertible`] where `face_from_edge` has no inverse.
+    /// [`InputError::FrameCount`] unless there is one frame a point, [`InputError::NotFinite`]
+    /// where a number is not, [`InputError::NotInvertible`] where `face_from_edge` has no inverse.
     pub fn new(
         size: Vector2<f64>,
         face_from_edge: Matrix3<f64>,
@@ -36,6 +36,17 @@ impl SearchedFace {
             return Err(InputError::FrameCount {
                 points: points.len(),
                 frames: frames.len(),
+            });
+        }
+        let mut keypoints = points.as_flattened().iter().chain(frames.as_flattened());
+        if !keypoints.all(|v| v.is_finite()) {
+            return Err(InputError::NotFinite {
+                what: "points and frames",
+            });
+        }
+        if !face_from_edge.iter().all(|v| v.is_finite()) {
+            return Err(InputError::NotFinite {
+                what: "face_from_edge",
             });
         }
         if face_from_edge.try_inverse().is_none() {
@@ -93,5 +104,68 @@ impl SearchedFace {
     pub fn frame(&self, keypoint: u32) -> Matrix2<f64> {
         let [a, b, c, d] = self.frames[keypoint as usize].map(f64::from);
         Matrix2::new(a, b, c, d)
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::GrayImage;
+
+    /// A face of 4×2 pixels.
+    fn made(
+        face_from_edge: Matrix3<f64>,
+        points: Vec<[f32; 2]>,
+        frames: Vec<[f32; 4]>,
+    ) -> Result<SearchedFace, InputError> {
+        let appearance = Appearance::new(GrayImage::new(4, 2, &[0; 8])?)?;
+        SearchedFace::new(
+            Vector2::new(4.0, 2.0),
+            face_from_edge,
+            points,
+            frames,
+            appearance,
+        )
+    }
+
+    #[test]
+    fn keypoints_and_corners_are_those_given() {
+        let frames = vec![[1.0; 4], [1.0, 2.0, 3.0, 4.0]];
+        let face = made(Matrix3::identity(), vec![[0.0; 2], [3.5, 1.5]], frames).unwrap();
+        assert_eq!(face.len(), 2);
+        assert_eq!(face.point(1), Vector2::new(3.5, 1.5));
+        assert_eq!(face.frame(1), Matrix2::new(1.0, 2.0, 3.0, 4.0));
+        let corners = [[0.0, 0.0], [4.0, 0.0], [4.0, 2.0], [0.0, 2.0]].map(Vector2::from);
+        assert_eq!(face.corners(), corners);
+        assert!(
+            made(Matrix3::identity(), vec![], vec![])
+                .unwrap()
+                .is_empty()
+        );
+    }
+
+    #[test]
+    fn what_cannot_be_a_face_is_refused() {
+        let (point, frame) = (vec![[1.0; 2]], vec![[1.0; 4]]);
+        let unpaired = made(Matrix3::identity(), point.clone(), vec![]);
+        let expected = InputError::FrameCount {
+            points: 1,
+            frames: 0,
+        };
+        assert_eq!(unpaired.unwrap_err(), expected);
+        let what = "face_from_edge";
+        let flat = made(Matrix3::zeros(), point.clone(), frame.clone());
+        assert_eq!(flat.unwrap_err(), InputError::NotInvertible { what });
+        let lost = made(Matrix3::repeat(f64::NAN), point.clone(), frame.clone());
+        assert_eq!(lost.unwrap_err(), InputError::NotFinite { what });
+        let what = "points and frames";
+        for (points, frames) in [
+            (vec![[1.0, f32::NAN]], frame),
+            (point, vec![[1.0, 0.0, f32::INFINITY, 1.0]]),
+        ] {
+            let found = made(Matrix3::identity(), points, frames);
+            assert_eq!(found.unwrap_err(), InputError::NotFinite { what });
+        }
     }
 }

@@ -12,6 +12,8 @@ mod evidence;
 mod face;
 mod plausible;
 mod refusal;
+#[cfg(test)]
+mod scenes;
 mod search;
 mod settings;
 mod support;

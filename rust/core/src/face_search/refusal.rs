@@ -96,3 +96,96 @@ impl Refusal {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reasons_quote_what_was_found_and_what_is_needed() {
+        let cases = [
+            (
+                Refusal::NoFeatures,
+                "features",
+                "the reference image has no features",
+            ),
+            (
+                Refusal::TooFewMatches {
+                    matches: 3,
+                    needed: 10,
+                },
+                "matching",
+                "3 matches (at least 10)",
+            ),
+            (
+                Refusal::NoHomography { matches: 12 },
+                "homography",
+                "no homography explains any four of its 12 matches",
+            ),
+            (
+                Refusal::TooFewInliers {
+                    inliers: 5,
+                    needed: 8,
+                },
+                "verification",
+                "5 inliers (at least 8)",
+            ),
+            (
+                Refusal::BehindCamera,
+                "verification",
+                "part of the face would lie behind the camera",
+            ),
+            (
+                Refusal::Mirrored,
+                "verification",
+                "the outline is mirrored: the face would be seen from behind",
+            ),
+            (
+                Refusal::NotConvex,
+                "verification",
+                "the outline is not a convex quadrilateral",
+            ),
+            (
+                Refusal::ShortSide {
+                    side: 2.96,
+                    least: 8.0,
+                },
+                "verification",
+                "the outline is 3.0 px short (at least 8 px)",
+            ),
+            (
+                Refusal::OutsideImage,
+                "verification",
+                "the outline lies outside of the image",
+            ),
+            (
+                Refusal::Stretched {
+                    stretch: 2.5,
+                    most: 1.6,
+                },
+                "verification",
+                "no rigid view of a face of this width and height: stretched by 2.50 (at most 1.6)",
+            ),
+            (
+                Refusal::Coverage {
+                    coverage: 0.014,
+                    least: 0.03,
+                },
+                "verification",
+                "inliers cover 1% of the face (at least 3%)",
+            ),
+            (
+                Refusal::Agreement {
+                    agreement: 0.124,
+                    least: 0.3,
+                },
+                "verification",
+                "12% of the face looks like its reference (at least 30%)",
+            ),
+        ];
+        for (refusal, stage, reason) in cases {
+            assert_eq!(refusal.to_string(), reason);
+            assert_eq!(refusal.stage(), stage);
+        }
+    }
+}

@@ -221,3 +221,6 @@ fn verify(
         agreement,
     })
 }
+
+#[cfg(test)]
+mod tests;
