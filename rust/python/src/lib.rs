@@ -16,6 +16,7 @@ mod fused;
 mod homography;
 mod plane;
 mod pnp;
+mod sift;
 mod three_point;
 
 use pyo3::prelude::*;
@@ -28,6 +29,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<estimate::Estimate>()?;
     module.add_class::<pnp::PnPSettings>()?;
     module.add_class::<fused::FusedSettings>()?;
+    module.add_class::<sift::Sift>()?;
     module.add_function(wrap_pyfunction!(three_point::three_point, module)?)?;
     module.add_function(wrap_pyfunction!(pnp::pnp, module)?)?;
     module.add_function(wrap_pyfunction!(pnp::planar_poses, module)?)?;
