@@ -36,13 +36,17 @@ if TYPE_CHECKING:
     from planegrasp.rgbd import RGBDFrame
 
 
+# Extractors whose features of oblique views recognise a face from the side.
+_OBLIQUE = ("sift", "opencv-sift")
+
+
 @dataclass(frozen=True, slots=True)
 class DetectorConfig:
     """Settings of the detector; the defaults are the best all-round choice.
 
     Attributes:
-        extractor: "sift", "akaze", "brisk" or "orb", or an extractor with settings of its own, for
-            example `SIFT(SIFTConfig(max_features=2000))`.
+        extractor: "sift", "akaze", "brisk", "orb" or "opencv-sift", or an extractor with
+            settings of its own, for example `SIFT(SIFTConfig(max_features=2000))`.
         matcher: "flann-kdtree", "flann-kmeans", "flann-lsh" or "brute-force"; "" takes
             flann-kdtree for vectors and brute-force for bit strings.
         pose: "fused", "pnp" or "three_point", or an estimator with settings of its own, for example
@@ -101,7 +105,9 @@ class Detector:
         matcher = self.config.matcher or (
             "brute-force" if self._extractor.is_binary else "flann-kdtree"
         )
-        self._index = ReferenceIndex([r.set for r in self.references], matcher)
+        self._index = ReferenceIndex(
+            [r.set for r in self.references], matcher, binary=self._extractor.is_binary
+        )
         self._search = FaceSearch(self.references, self.config.homography)
 
     def detect(self, frame: RGBDFrame) -> list[Detection]:
@@ -188,7 +194,7 @@ class Detector:
     def _prepare(self, library: ObjectLibrary | Iterable[ObjectModel]) -> Iterator[FaceReference]:
         oblique = self.config.oblique
         if oblique is None:
-            oblique = ObliqueConfig() if self._extractor.name == "sift" else FRONTAL
+            oblique = ObliqueConfig() if self._extractor.name in _OBLIQUE else FRONTAL
         names: set[str] = set()
         for model in library:
             if model.name in names:

@@ -27,8 +27,10 @@ def features(*values, scale=1.0, angle=0.0):
     return Features(points, scale * one, angle * one, one, descriptor(*values).reshape(-1, 4))
 
 
-def candidates(faces, seen, k=4, matcher="brute-force"):
-    return ReferenceIndex(faces, matcher).candidates(seen, seen.points.astype(float), k)
+def candidates(faces, seen, k=4, matcher="brute-force", binary=False):
+    return ReferenceIndex(faces, matcher, binary=binary).candidates(
+        seen, seen.points.astype(float), k
+    )
 
 
 def test_the_ratio_is_to_the_nearest_descriptor_elsewhere_on_the_face():
@@ -97,7 +99,7 @@ def test_features_without_any_neighbour_match_nothing():
     face = ReferenceSet(points, frames, zeros, RADIUS)
     one = np.ones(2, np.float32)
     seen = Features(np.ones((2, 2), np.float32), one, one, one, np.full((2, 32), 255, np.uint8))
-    found = candidates([face], seen, matcher="flann-lsh")
+    found = candidates([face], seen, matcher="flann-lsh", binary=True)
     np.testing.assert_array_equal(found.face, -1)
     assert np.all(found.ratio == np.inf)
     assert len(found.matches(0, 1.0)) == 0
@@ -119,7 +121,7 @@ def test_more_neighbours_than_references_are_of_no_face():
 def test_a_face_without_features_takes_no_part():
     empty = reference(np.zeros((0, 2)), [])
     faces = [empty, reference([(10, 10)], [1.0]), empty, reference([(20, 20)], [5.0])]
-    index = ReferenceIndex(faces, "brute-force")
+    index = ReferenceIndex(faces, "brute-force", binary=False)
     assert len(index) == 2
     found = candidates(faces, features(0.0, 6.0))
     np.testing.assert_array_equal(found.face[:, 0], [1, 3])

@@ -84,7 +84,9 @@ class _Matcher:
             longest_side=self._config.reference_side,
             same_place=self._config.same_place,
         )
-        self._index = ReferenceIndex([self.reference.set], "flann-kdtree")
+        self._index = ReferenceIndex(
+            [self.reference.set], "flann-kdtree", binary=extractor.is_binary
+        )
 
     def candidates(self, frame: RGBDFrame) -> Candidates:
         """The nearest references of the frame's features."""

@@ -142,13 +142,15 @@ class Candidates:
 class ReferenceIndex:
     """Nearest-neighbour search over all faces together."""
 
-    def __init__(self, faces: Sequence[ReferenceSet], matcher: str) -> None:
+    def __init__(self, faces: Sequence[ReferenceSet], matcher: str, *, binary: bool) -> None:
         self._sizes = [len(f.points) for f in faces]
         self._face = np.repeat(np.arange(len(faces), dtype=np.int32), self._sizes)
         self._points = np.concatenate([f.points for f in faces])
         self._frames = np.concatenate([f.frames for f in faces])
         self._radius = np.array([f.radius for f in faces], np.float32)
-        self._search = make_matcher(matcher, np.concatenate([f.descriptors for f in faces]))
+        self._search = make_matcher(
+            matcher, np.concatenate([f.descriptors for f in faces]), binary=binary
+        )
 
     def __len__(self) -> int:
         return len(self._points)

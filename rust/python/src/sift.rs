@@ -10,6 +10,7 @@ use planegrasp_core::{GrayImage, InputError, Keypoint};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::arrays::count;
 use crate::errors::{from_input_error, invalid_input};
 
 type Arrays<'py> = (
@@ -36,17 +37,18 @@ impl Sift {
         double_first_octave, threads
     ))]
     fn new(
-        max_features: usize,
-        octave_layers: usize,
-        contrast_threshold: f32,
-        edge_threshold: f32,
-        sigma: f32,
+        max_features: i64,
+        octave_layers: i64,
+        contrast_threshold: f64,
+        edge_threshold: f64,
+        sigma: f64,
         double_first_octave: bool,
-        threads: usize,
+        threads: i64,
     ) -> PyResult<Self> {
+        let threads = count("threads", threads)?;
         let core = Core::new(SiftConfig {
-            max_features,
-            octave_layers,
+            max_features: count("max_features", max_features)?,
+            octave_layers: count("octave_layers", octave_layers)?,
             contrast_threshold,
             edge_threshold,
             sigma,

@@ -213,7 +213,7 @@ impl Band<'_> {
     #[inline(always)]
     fn write_next_base(&mut self, y: usize) {
         let (begin, end) = self.rows;
-        if !(begin..end).contains(&y) || y % 2 != 0 {
+        if !(begin..end).contains(&y) || !y.is_multiple_of(2) {
             return;
         }
         let width = self.limits.width;

@@ -11,11 +11,11 @@ pub struct SiftConfig {
     pub octave_layers: usize,
     /// Contrast of the extrema, in OpenCV's unit: `octave_layers` times the difference of Gaussians
     /// over the grey range. Lowe's 0.03 is 0.09 here, OpenCV's default 0.04.
-    pub contrast_threshold: f32,
+    pub contrast_threshold: f64,
     /// Largest ratio of principal curvatures (Lowe: 10).
-    pub edge_threshold: f32,
+    pub edge_threshold: f64,
     /// Blur of the first scale [px of the first octave] (Lowe: 1.6), 1 to 3.2.
-    pub sigma: f32,
+    pub sigma: f64,
     /// Whether the first octave has twice the resolution of the image (Lowe: yes).
     pub double_first_octave: bool,
 }
@@ -41,7 +41,7 @@ impl SiftConfig {
     pub fn check(&self) -> Result<(), InputError> {
         let layers = self.octave_layers;
         if !(1..=8).contains(&layers) {
-            return Err(out_of_range("octave_layers", layers as f32, "1 to 8"));
+            return Err(out_of_range("octave_layers", layers as f64, "1 to 8"));
         }
         let ranges = [
             ("contrast_threshold", self.contrast_threshold, 0.001, 1.0),
@@ -58,10 +58,6 @@ impl SiftConfig {
     }
 }
 
-fn out_of_range(name: &'static str, value: f32, valid: &'static str) -> InputError {
-    InputError::OutOfRange {
-        name,
-        value: f64::from(value),
-        valid,
-    }
+fn out_of_range(name: &'static str, value: f64, valid: &'static str) -> InputError {
+    InputError::OutOfRange { name, value, valid }
 }

@@ -94,7 +94,7 @@ impl Sift {
     /// [`InputError::OutOfRange`] for a setting outside of its range.
     pub fn new(config: SiftConfig) -> Result<Self, InputError> {
         config.check()?;
-        let sigma = f64::from(config.sigma);
+        let sigma = config.sigma;
         let blurs = kernel::increments(sigma, config.octave_layers);
         let filters = Filters {
             first: FirstKernel::new(sigma, config.double_first_octave),
@@ -150,8 +150,9 @@ impl Sift {
             width,
             height,
             layers: self.config.octave_layers,
-            contrast: self.config.contrast_threshold * 255.0 / self.config.octave_layers as f32,
-            edge: self.config.edge_threshold,
+            contrast: (self.config.contrast_threshold * 255.0 / self.config.octave_layers as f64)
+                as f32,
+            edge: self.config.edge_threshold as f32,
         };
         let octaves = octave::sizes((width, height), doubled).enumerate();
         work.octaves.extend(octaves.map(|(o, size)| {
@@ -195,7 +196,7 @@ impl Sift {
     fn orient(&mut self) {
         let work = &mut self.workspace;
         let (octaves, arch, pattern) = (&work.octaves, self.arch, &self.around);
-        let base_sigma = self.config.sigma;
+        let base_sigma = self.config.sigma as f32;
         let layers = self.config.octave_layers as f32;
         let sigma = |e: &Extremum| base_sigma * (e.layer / layers).exp2();
         work.orientations
