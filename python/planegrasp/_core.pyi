@@ -5,7 +5,7 @@ Functions raise `planegrasp.errors.InvalidInputError` for arguments that cannot 
 """
 
 from collections.abc import Sequence
-from typing import final
+from typing import TypedDict, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -403,3 +403,41 @@ def refine_homography(
     Raises:
         InvalidInputError: for other shapes, or a scale ≤ 0.
     """
+
+class SiftSettings(TypedDict):
+    """Settings of `Sift` by name."""
+
+    max_features: int
+    octave_layers: int
+    contrast_threshold: float
+    edge_threshold: float
+    sigma: float
+    double_first_octave: bool
+
+@final
+class Sift:
+    """Extractor behind `planegrasp.features.SIFT`; `threads` = 0 takes all of the machine."""
+
+    def __new__(
+        cls,
+        *,
+        max_features: int,
+        octave_layers: int,
+        contrast_threshold: float,
+        edge_threshold: float,
+        sigma: float,
+        double_first_octave: bool,
+        threads: int,
+    ) -> Sift: ...
+    @staticmethod
+    def defaults() -> SiftSettings: ...
+    def extract(
+        self, image: NDArray[np.uint8]
+    ) -> tuple[
+        NDArray[np.float32],
+        NDArray[np.float32],
+        NDArray[np.float32],
+        NDArray[np.float32],
+        NDArray[np.uint8],
+    ]:
+        """Points N×2, scales, angles, responses and descriptors N×128 of an H×W image."""

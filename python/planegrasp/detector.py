@@ -15,7 +15,7 @@ from planegrasp.features.oblique import FRONTAL, ObliqueConfig
 from planegrasp.grouping import group_faces, observe, predicted_homography
 from planegrasp.homography import HomographyConfig
 from planegrasp.library import ObjectLibrary
-from planegrasp.matching.index import ReferenceIndex
+from planegrasp.matching.index import make_index
 from planegrasp.pose import make_pose_estimator
 from planegrasp.references import prepare_face
 from planegrasp.search import FaceSearch, View
@@ -36,15 +36,19 @@ if TYPE_CHECKING:
     from planegrasp.rgbd import RGBDFrame
 
 
+# Extractors whose features of oblique views recognise a face from the side.
+_OBLIQUE = ("sift", "opencv-sift")
+
+
 @dataclass(frozen=True, slots=True)
 class DetectorConfig:
     """Settings of the detector; the defaults are the best all-round choice.
 
     Attributes:
-        extractor: "sift", "akaze", "brisk" or "orb", or an extractor with settings of its own, for
-            example `SIFT(SIFTConfig(max_features=2000))`.
-        matcher: "flann-kdtree", "flann-kmeans", "flann-lsh" or "brute-force"; "" takes
-            flann-kdtree for vectors and brute-force for bit strings.
+        extractor: "sift", "akaze", "brisk", "orb" or "opencv-sift", or an extractor with
+            settings of its own, for example `SIFT(SIFTConfig(max_features=2000))`.
+        matcher: "native", "flann-kdtree", "flann-kmeans", "flann-lsh" or "brute-force"; "" takes
+            native for descriptors of bytes and flann-kdtree for others.
         pose: "fused", "pnp" or "three_point", or an estimator with settings of its own, for example
             `FusedEstimator(FusedConfig(size_sigma=0.0))` where the taught size is exact.
         oblique: the views of each face that are learnt; None makes them for SIFT only.
@@ -98,10 +102,11 @@ class Detector:
         usable = [r.set for r in self.references if len(r.set.points)]
         if not usable:
             raise LibraryError("no object of the library has features to be found by")
-        matcher = self.config.matcher or (
-            "brute-force" if self._extractor.is_binary else "flann-kdtree"
+        self._index = make_index(
+            [r.set for r in self.references],
+            self.config.matcher,
+            binary=self._extractor.is_binary,
         )
-        self._index = ReferenceIndex([r.set for r in self.references], matcher)
         self._search = FaceSearch(self.references, self.config.homography)
 
     def detect(self, frame: RGBDFrame) -> list[Detection]:
@@ -193,7 +198,7 @@ class Detector:
     def _prepare(self, library: ObjectLibrary | Iterable[ObjectModel]) -> Iterator[FaceReference]:
         oblique = self.config.oblique
         if oblique is None:
-            oblique = ObliqueConfig() if self._extractor.name == "sift" else FRONTAL
+            oblique = ObliqueConfig() if self._extractor.name in _OBLIQUE else FRONTAL
         names: set[str] = set()
         for model in library:
             if model.name in names:

@@ -16,6 +16,8 @@ from planegrasp.features import (
     AKAZEConfig,
     BRISKConfig,
     Features,
+    OpenCVSIFT,
+    OpenCVSIFTConfig,
     ORBConfig,
     SIFTConfig,
     make_extractor,
@@ -25,7 +27,7 @@ from planegrasp.objects import ObjectModel
 from planegrasp.simulation import render
 
 NAMES = sorted(EXTRACTORS)
-LENGTHS = {"sift": 128, "akaze": 61, "brisk": 64, "orb": 32}
+LENGTHS = {"sift": 128, "opencv-sift": 128, "akaze": 61, "brisk": 64, "orb": 32}
 FRONTAL = Rotation.from_matrix(np.diag([1.0, -1.0, -1.0]))
 
 
@@ -121,7 +123,7 @@ def test_types_and_shapes_are_as_stated(photo, name):
     assert features.frames.shape == (n, 2, 2)
     assert np.all(features.scales > 0)
     assert features.descriptors.shape == (n, LENGTHS[name])
-    assert features.descriptors.dtype == (np.uint8 if extractor.is_binary else np.float32)
+    assert features.descriptors.dtype == (np.float32 if name == "opencv-sift" else np.uint8)
     height, width = image.shape
     assert np.all((features.points >= -0.5) & (features.points <= (width - 0.5, height - 0.5)))
 
@@ -143,7 +145,7 @@ def test_an_image_of_one_grey_has_no_features(name, shape):
     assert len(features) == 0
     assert features.points.shape == (0, 2)
     assert features.descriptors.shape == (0, LENGTHS[name])
-    assert (features.descriptors.dtype == np.uint8) == make_extractor(name).is_binary
+    assert (features.descriptors.dtype == np.float32) == (name == "opencv-sift")
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -184,8 +186,8 @@ def test_an_unknown_name_is_answered_with_those_that_are_known():
 
 def test_rootsift_has_unit_length_and_is_the_root_of_sift(photo):
     image = gray(photo("coffee", width=300))
-    root = SIFT().extract(image)
-    raw = SIFT(SIFTConfig(root=False)).extract(image)
+    root = OpenCVSIFT().extract(image)
+    raw = OpenCVSIFT(OpenCVSIFTConfig(root=False)).extract(image)
     np.testing.assert_allclose(np.linalg.norm(root.descriptors, axis=1), 1.0, atol=1e-5)
     l1 = raw.descriptors / raw.descriptors.sum(axis=1, keepdims=True)
     np.testing.assert_allclose(root.descriptors**2, l1, atol=1e-6)
@@ -195,6 +197,7 @@ def test_rootsift_has_unit_length_and_is_the_root_of_sift(photo):
     ("extractor", "few"),
     [
         (SIFT, SIFTConfig(max_features=50)),
+        (OpenCVSIFT, OpenCVSIFTConfig(max_features=50)),
         (AKAZE, AKAZEConfig(max_features=50)),
         (BRISK, BRISKConfig(max_features=50)),
         (ORB, ORBConfig(max_features=50)),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from planegrasp.features import Features
-from planegrasp.matching.index import ReferenceIndex, ReferenceSet
+from planegrasp.matching.index import ReferenceSet, make_index
 
 RADIUS = 5.0
 
@@ -27,8 +27,8 @@ def features(*values):
     return Features(points, one, one, one, descriptor(*values).reshape(-1, 4))
 
 
-def candidates(faces, seen, k=4, matcher="brute-force"):
-    return ReferenceIndex(faces, matcher).candidates(seen, k)
+def candidates(faces, seen, k=4, matcher="brute-force", binary=False):
+    return make_index(faces, matcher, binary=binary).candidates(seen, k)
 
 
 def test_the_ratio_is_to_the_nearest_descriptor_elsewhere_on_the_face():
@@ -36,7 +36,7 @@ def test_the_ratio_is_to_the_nearest_descriptor_elsewhere_on_the_face():
     found = candidates([face], features(0.0))
     # The second is 2 px beside the first, the same place; the third is elsewhere.
     assert found.ratio[0] == pytest.approx(1 / 4)
-    np.testing.assert_array_equal(found.reference, [[0, 1, 2, -1]])
+    np.testing.assert_array_equal(found.reference[:, :3], [[0, 1, 2]])
     np.testing.assert_allclose(found.distances, [[1, 2, 4, np.inf]])
 
 
@@ -97,7 +97,7 @@ def test_features_without_any_neighbour_are_of_no_face():
     face = ReferenceSet(points, frames, zeros, RADIUS)
     one = np.ones(2, np.float32)
     seen = Features(np.ones((2, 2), np.float32), one, one, one, np.full((2, 32), 255, np.uint8))
-    found = candidates([face], seen, matcher="flann-lsh")
+    found = candidates([face], seen, matcher="flann-lsh", binary=True)
     np.testing.assert_array_equal(found.face, -1)
     assert np.all(found.ratio == np.inf)
 
@@ -117,7 +117,7 @@ def test_more_neighbours_than_references_are_of_no_face():
 def test_a_face_without_features_takes_no_part():
     empty = reference(np.zeros((0, 2)), [])
     faces = [empty, reference([(10, 10)], [1.0]), empty, reference([(20, 20)], [5.0])]
-    index = ReferenceIndex(faces, "brute-force")
+    index = make_index(faces, "brute-force", binary=False)
     assert len(index) == 2
     found = candidates(faces, features(0.0, 6.0))
     np.testing.assert_array_equal(found.face[:, 0], [1, 3])

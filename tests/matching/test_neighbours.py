@@ -10,13 +10,12 @@ from planegrasp.features.oblique import ObliqueConfig, extract_oblique
 from planegrasp.matching.neighbours import MATCHERS, flann_kdtree, flann_lsh, make_matcher
 
 FLOAT_MATCHERS = ["brute-force", "flann-kdtree", "flann-kmeans"]
-BINARY_MATCHERS = ["brute-force", "native", "flann-lsh"]
+BINARY_MATCHERS = ["brute-force", "flann-lsh"]
 EVERY = [(name, False) for name in FLOAT_MATCHERS] + [(name, True) for name in BINARY_MATCHERS]
 
 
-def exact(references, queries, k):
+def exact(references, queries, k, is_binary):
     """Distances of the k nearest and the whole table of distances."""
-    is_binary = references.dtype == np.uint8
     r, q = (
         (np.unpackbits(d, axis=1) if is_binary else d).astype(float) for d in (references, queries)
     )
@@ -51,15 +50,15 @@ def described(photo):
     return both.__getitem__
 
 
-@pytest.mark.parametrize(
-    ("name", "is_binary"), [("brute-force", False), ("brute-force", True), ("native", True)]
-)
+@pytest.mark.parametrize("is_binary", [False, True])
 @pytest.mark.parametrize("k", [1, 5])
-def test_exact_search_is_exact(name, is_binary, k):
+def test_brute_force_is_exact(is_binary, k):
     references = random_descriptors(300, is_binary)
     queries = random_descriptors(70, is_binary, seed=1)
-    indices, distances = make_matcher(name, references).search(queries, k)
-    expected, table = exact(references, queries, k)
+    indices, distances = make_matcher("brute-force", references, binary=is_binary).search(
+        queries, k
+    )
+    expected, table = exact(references, queries, k, is_binary)
     np.testing.assert_allclose(distances, expected, rtol=1e-5)
     rows = np.arange(len(queries))[:, None]
     np.testing.assert_allclose(table[rows, indices], expected, rtol=1e-5)
@@ -70,7 +69,6 @@ def test_exact_search_is_exact(name, is_binary, k):
     [
         ("brute-force", False, 1.0, 1.0),
         ("brute-force", True, 1.0, 1.0),
-        ("native", True, 1.0, 1.0),
         # Of about 6000; most misses are among descriptors that are about equally far.
         ("flann-kdtree", False, 0.8, 0.6),
         ("flann-kmeans", False, 0.9, 0.85),
@@ -79,8 +77,8 @@ def test_exact_search_is_exact(name, is_binary, k):
 )
 def test_agreement_with_the_exact_neighbours(described, name, is_binary, nearest, among_five):
     references, queries = described(is_binary)
-    _, distances = make_matcher(name, references).search(queries, 5)
-    expected, _ = exact(references, queries, 5)
+    _, distances = make_matcher(name, references, binary=is_binary).search(queries, 5)
+    expected, _ = exact(references, queries, 5, is_binary)
     tolerance = 1e-4 * expected.max()
     first = np.abs(distances[:, 0] - expected[:, 0]) <= tolerance
     five = np.isfinite(distances) & (distances <= expected[:, 4:] + tolerance)
@@ -91,7 +89,9 @@ def test_agreement_with_the_exact_neighbours(described, name, is_binary, nearest
 @pytest.mark.parametrize(("name", "is_binary"), EVERY)
 def test_a_reference_finds_itself(name, is_binary):
     references = random_descriptors(2000, is_binary)
-    indices, distances = make_matcher(name, references).search(references[::10], 1)
+    indices, distances = make_matcher(name, references, binary=is_binary).search(
+        references[::10], 1
+    )
     found = indices[:, 0] == np.arange(0, 2000, 10)
     assert found.mean() >= 0.95
     np.testing.assert_array_equal(distances[found, 0], 0)
@@ -100,11 +100,11 @@ def test_a_reference_finds_itself(name, is_binary):
 @pytest.mark.parametrize(("name", "is_binary"), EVERY)
 def test_distances_are_those_of_the_neighbours_and_ascend(described, name, is_binary):
     references, queries = described(is_binary)
-    indices, distances = make_matcher(name, references).search(queries, 6)
+    indices, distances = make_matcher(name, references, binary=is_binary).search(queries, 6)
     assert indices.dtype == np.int32
     assert distances.dtype == np.float32
     assert indices.shape == distances.shape == (len(queries), 6)
-    _, table = exact(references, queries, 1)
+    _, table = exact(references, queries, 1, is_binary)
     rows = np.arange(len(queries))[:, None]
     known = indices >= 0
     assert known.mean() > 0.5
@@ -118,10 +118,10 @@ def test_distances_are_those_of_the_neighbours_and_ascend(described, name, is_bi
 @pytest.mark.parametrize(("name", "is_binary"), EVERY)
 def test_two_builds_give_the_same_neighbours(described, name, is_binary):
     references, queries = described(is_binary)
-    first = make_matcher(name, references).search(queries, 4)
+    first = make_matcher(name, references, binary=is_binary).search(queries, 4)
     cv2.setRNGSeed(12345)  # whatever another part of the program did to OpenCV's generator
-    make_matcher(name, references[::-1].copy())
-    second = make_matcher(name, references).search(queries, 4)
+    make_matcher(name, references[::-1].copy(), binary=is_binary)
+    second = make_matcher(name, references, binary=is_binary).search(queries, 4)
     np.testing.assert_array_equal(first[0], second[0])
     np.testing.assert_array_equal(first[1], second[1])
 
@@ -130,7 +130,7 @@ def test_two_builds_give_the_same_neighbours(described, name, is_binary):
 @pytest.mark.parametrize("count", [1, 3])
 def test_more_neighbours_than_references_are_none_at_infinity(name, is_binary, count):
     references = random_descriptors(count, is_binary)
-    indices, distances = make_matcher(name, references).search(references, 5)
+    indices, distances = make_matcher(name, references, binary=is_binary).search(references, 5)
     assert indices.shape == distances.shape == (count, 5)
     np.testing.assert_array_equal(indices[:, 0], np.arange(count))
     np.testing.assert_array_equal(indices[:, count:], -1)
@@ -141,21 +141,25 @@ def test_more_neighbours_than_references_are_none_at_infinity(name, is_binary, c
 @pytest.mark.parametrize(("name", "is_binary"), EVERY)
 def test_no_queries_have_no_neighbours(name, is_binary):
     references = random_descriptors(50, is_binary)
-    indices, distances = make_matcher(name, references).search(references[:0], 4)
+    indices, distances = make_matcher(name, references, binary=is_binary).search(references[:0], 4)
     assert indices.shape == distances.shape == (0, 4)
 
 
 @pytest.mark.parametrize(("name", "is_binary"), EVERY)
 def test_rows_of_a_larger_array_will_do(name, is_binary):
     references = random_descriptors(400, is_binary)
-    plain = make_matcher(name, references[::2].copy()).search(references[1::2].copy(), 3)
-    strided = make_matcher(name, references[::2]).search(references[1::2], 3)
+    plain = make_matcher(name, references[::2].copy(), binary=is_binary).search(
+        references[1::2].copy(), 3
+    )
+    strided = make_matcher(name, references[::2], binary=is_binary).search(references[1::2], 3)
     np.testing.assert_array_equal(plain[0], strided[0])
 
 
 def test_lsh_finds_nothing_for_what_is_like_none_of_the_references():
     references = np.zeros((20, 32), np.uint8)
-    indices, distances = make_matcher("flann-lsh", references).search(~references[:3], 2)
+    indices, distances = make_matcher("flann-lsh", references, binary=True).search(
+        ~references[:3], 2
+    )
     np.testing.assert_array_equal(indices, -1)
     assert np.all(np.isinf(distances))
 
@@ -163,18 +167,16 @@ def test_lsh_finds_nothing_for_what_is_like_none_of_the_references():
 @pytest.mark.parametrize(
     ("name", "is_binary", "instead"),
     [("flann-kdtree", True, "flann-lsh"), ("flann-kmeans", True, "flann-lsh"),
-     ("flann-lsh", False, "flann-kdtree"), ("native", False, "flann-kdtree")],
+     ("flann-lsh", False, "flann-kdtree")],
 )  # fmt: skip
 def test_the_wrong_kind_of_descriptor_is_refused_with_what_to_use(name, is_binary, instead):
     with pytest.raises(InvalidInputError, match=f"{name}.*use brute-force or {instead}"):
-        make_matcher(name, random_descriptors(20, is_binary))
+        make_matcher(name, random_descriptors(20, is_binary), binary=is_binary)
 
 
 def test_an_unknown_matcher_is_answered_with_those_that_are_known():
-    with pytest.raises(
-        InvalidInputError, match="'annoy'; there are brute-force, native, flann-kdtree"
-    ):
-        make_matcher("annoy", random_descriptors(5, False))
+    with pytest.raises(InvalidInputError, match="'annoy'; there are brute-force, flann-kdtree"):
+        make_matcher("annoy", random_descriptors(5, False), binary=False)
     assert set(MATCHERS) == {*FLOAT_MATCHERS, *BINARY_MATCHERS}
 
 
@@ -191,10 +193,10 @@ def test_an_unknown_matcher_is_answered_with_those_that_are_known():
 )
 def test_each_setting_trades_accuracy(described, build, is_binary, good, poor):
     references, queries = described(is_binary)
-    expected, _ = exact(references, queries, 1)
+    expected, _ = exact(references, queries, 1, is_binary)
 
     def agreement(settings):
-        _, distances = build(references, **settings).search(queries, 1)
+        _, distances = build(references, **settings, binary=is_binary).search(queries, 1)
         return np.mean(distances[:, 0] <= expected[:, 0] * 1.0001 + 1e-5)
 
     assert agreement(good) > agreement(poor) + 0.02

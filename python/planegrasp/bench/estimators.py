@@ -17,7 +17,7 @@ from planegrasp.detector import DetectorConfig
 from planegrasp.features import make_extractor
 from planegrasp.features.oblique import ObliqueConfig
 from planegrasp.homography import apply_homography, reference_corners
-from planegrasp.matching.index import ReferenceIndex
+from planegrasp.matching.index import make_index
 from planegrasp.references import prepare_face
 from planegrasp.search import FaceSearch
 
@@ -85,7 +85,7 @@ class _Matcher:
             longest_side=self._config.reference_side,
             same_place=self._config.same_place,
         )
-        self._index = ReferenceIndex([self.reference.set], "flann-kdtree")
+        self._index = make_index([self.reference.set], "", binary=extractor.is_binary)
         self.search = FaceSearch([self.reference], self._config.homography)
 
     def evidence(self, frame: RGBDFrame) -> Evidence:

@@ -181,7 +181,7 @@ def _worker(sender: Connection, threads: int, seed: int, settings: SpeedSettings
 
 def _compare(seed: int, settings: SpeedSettings, advance: Callable[[], None]) -> Comparison:
     ours, opencv = Times(), Times()
-    extractor = make_extractor("sift")
+    extractor = make_extractor("opencv-sift")
     for number, name in enumerate(settings.photographs):
         model = photograph(name)
         detector, peer = Detector([model]), OpenCVPipeline(model, extractor)

@@ -8,6 +8,7 @@ from planegrasp.errors import InvalidInputError
 from planegrasp.features.akaze import AKAZE, AKAZEConfig
 from planegrasp.features.base import Extractor, Features
 from planegrasp.features.brisk import BRISK, BRISKConfig
+from planegrasp.features.opencv_sift import OpenCVSIFT, OpenCVSIFTConfig
 from planegrasp.features.orb import ORB, ORBConfig
 from planegrasp.features.sift import SIFT, SIFTConfig
 
@@ -19,6 +20,7 @@ EXTRACTORS: dict[str, Callable[[], Extractor]] = {
     "akaze": AKAZE,
     "brisk": BRISK,
     "orb": ORB,
+    "opencv-sift": OpenCVSIFT,
 }
 
 __all__ = [
@@ -32,6 +34,8 @@ __all__ = [
     "Extractor",
     "Features",
     "ORBConfig",
+    "OpenCVSIFT",
+    "OpenCVSIFTConfig",
     "SIFTConfig",
     "make_extractor",
 ]

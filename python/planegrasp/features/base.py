@@ -22,7 +22,8 @@ class Features:
         scales: N float32, diameter of the described neighbourhood [px].
         angles: N float32, orientation of the neighbourhood [rad], from x towards y (clockwise).
         responses: N float32, strength of the keypoint, larger is stronger.
-        descriptors: N×D, float32 (compared by L2) or uint8 bit strings (compared by Hamming).
+        descriptors: N×D, float32 or uint8 vectors (compared by L2) or uint8 bit strings (compared
+            by Hamming); the extractor says which.
     """
 
     points: NDArray[np.float32]

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING
 
-import cv2
-import numpy as np
-
-from planegrasp.features._opencv import check_gray, to_features
-from planegrasp.features.budget import spread
+from planegrasp import _core
+from planegrasp.features._opencv import check_gray
+from planegrasp.features.base import Features
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import NDArray
 
-    from planegrasp.features.base import Features
+_DEFAULTS = _core.Sift.defaults()
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,41 +27,51 @@ class SIFTConfig:
             value finds faces with weak texture.
         edge_threshold: largest ratio of principal curvatures (Lowe: 10).
         sigma: blur of the first scale [px] (Lowe: 1.6).
-        root: take the square root of L1-normalised descriptors (RootSIFT).
+        double_first_octave: begin at twice the resolution of the image (Lowe: yes). Without, it is
+            about three times faster and finds no keypoints smaller than about 4 px.
     """
 
-    max_features: int = 5000
-    octave_layers: int = 3
-    contrast_threshold: float = 0.015
-    edge_threshold: float = 10.0
-    sigma: float = 1.6
-    root: bool = True
+    max_features: int = _DEFAULTS["max_features"]
+    octave_layers: int = _DEFAULTS["octave_layers"]
+    contrast_threshold: float = _DEFAULTS["contrast_threshold"]
+    edge_threshold: float = _DEFAULTS["edge_threshold"]
+    sigma: float = _DEFAULTS["sigma"]
+    double_first_octave: bool = _DEFAULTS["double_first_octave"]
 
 
 @dataclass(frozen=True, slots=True)
 class SIFT:
-    """OpenCV's SIFT, without the quarter pixel that its default doubling of the image is off."""
+    """The Rust core's SIFT; it keeps its memory between images of the same size.
+
+    Attributes:
+        config: its settings.
+        threads: how many it runs on, 0 = all of the machine. The features do not depend on it.
+        name: see `Extractor`.
+        is_binary: see `Extractor`; descriptors are unit vectors in units of 1/255, as bytes.
+
+    Raises:
+        InvalidInputError: a setting is out of its range.
+    """
 
     config: SIFTConfig = SIFTConfig()
+    # Not part of what is printed, and so not of the key of cached features.
+    threads: int = field(default=0, repr=False, compare=False)
     name: str = "sift"
     is_binary: bool = False
+    _core: _core.Sift = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_core", _core.Sift(**asdict(self.config), threads=self.threads))
+
+    def __reduce__(self) -> tuple[type[SIFT], tuple[SIFTConfig, int]]:
+        """Copies and pickles begin with fresh memory."""
+        return SIFT, (self.config, self.threads)
 
     def extract(self, gray: NDArray[np.uint8]) -> Features:
-        """Features of an H×W uint8 image; descriptors are N×128 float32."""
-        c = self.config
-        sift = cv2.SIFT.create(
-            nfeatures=0,
-            nOctaveLayers=c.octave_layers,
-            contrastThreshold=c.contrast_threshold,
-            edgeThreshold=c.edge_threshold,
-            sigma=c.sigma,
-            enable_precise_upscale=True,
-        )
-        keypoints, descriptors = sift.detectAndCompute(check_gray(gray), None)
-        features = to_features(keypoints, descriptors, np.zeros((0, 128), np.float32))
-        features = spread(features, c.max_features, (gray.shape[1], gray.shape[0]))
-        if not c.root:
-            return features
-        norm = np.maximum(features.descriptors.sum(axis=1, keepdims=True), 1e-9)
-        root = np.sqrt(features.descriptors / norm, dtype=np.float32)
-        return replace(features, descriptors=root)
+        """Features of an H×W uint8 image; descriptors are N×128 uint8, at most 127.
+
+        Raises:
+            ImageError: the image is not H×W uint8.
+            InvalidInputError: it has more than 2²⁶ pixels, or 65536 along one side.
+        """
+        return Features(*self._core.extract(check_gray(gray)))

@@ -1,6 +1,6 @@
 """Nearest-neighbour search over descriptors, and the ratio test over all objects."""
 
-from planegrasp.matching.index import Candidates, ReferenceIndex, ReferenceSet
+from planegrasp.matching.index import Candidates, ReferenceIndex, ReferenceSet, make_index
 from planegrasp.matching.neighbours import MATCHERS, NeighbourSearch, make_matcher
 
 __all__ = [
@@ -9,5 +9,6 @@ __all__ = [
     "NeighbourSearch",
     "ReferenceIndex",
     "ReferenceSet",
+    "make_index",
     "make_matcher",
 ]

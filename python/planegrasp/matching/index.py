@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from planegrasp import _core
+from planegrasp.errors import InvalidInputError
 from planegrasp.matching.neighbours import make_matcher
 
 if TYPE_CHECKING:
@@ -15,6 +17,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from planegrasp.features.base import Features
+
+
+NATIVE = "native"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,20 +61,8 @@ class Candidates:
         return len(self.face)
 
 
-class ReferenceIndex:
+class ReferenceIndex(Protocol):
     """Nearest-neighbour search over all faces together."""
-
-    def __init__(self, faces: Sequence[ReferenceSet], matcher: str) -> None:
-        sizes = [len(f.points) for f in faces]
-        self._face = np.repeat(np.arange(len(faces), dtype=np.int32), sizes)
-        starts = np.concatenate([[0], np.cumsum(sizes)])[:-1]
-        self._reference = np.arange(sum(sizes), dtype=np.int32) - np.repeat(starts, sizes)
-        self._points = np.concatenate([f.points for f in faces])
-        self._radius = np.array([f.radius for f in faces], np.float32)
-        self._search = make_matcher(matcher, np.concatenate([f.descriptors for f in faces]))
-
-    def __len__(self) -> int:
-        return len(self._points)
 
     def candidates(self, features: Features, k: int) -> Candidates:
         """The k nearest references of each feature, with the ratio to the nearest elsewhere.
@@ -77,6 +70,40 @@ class ReferenceIndex:
         A point of a face has descriptors from many oblique views; the ratio test asks for the
         nearest descriptor that lies elsewhere, on this face or on another one.
         """
+        ...
+
+
+class NativeIndex:
+    """The core's search over descriptors of bytes."""
+
+    def __init__(self, faces: Sequence[ReferenceSet], *, binary: bool) -> None:
+        self._index = _core.ReferenceIndex(faces[0].descriptors.shape[1], is_binary=binary)
+        for face in faces:
+            self._index.add(
+                face.points, face.frames, face.descriptors.astype(np.uint8, copy=False), face.radius
+            )
+
+    def candidates(self, features: Features, k: int) -> Candidates:
+        """See `ReferenceIndex.candidates`; the ratio is exact however many are at one place."""
+        descriptors = features.descriptors.astype(np.uint8, copy=False)
+        return Candidates(*self._index.candidates(descriptors, k))
+
+
+class NeighbourIndex:
+    """Any `NeighbourSearch`; the ratio looks among the k nearest only."""
+
+    def __init__(self, faces: Sequence[ReferenceSet], matcher: str, *, binary: bool) -> None:
+        sizes = [len(f.points) for f in faces]
+        self._face = np.repeat(np.arange(len(faces), dtype=np.int32), sizes)
+        starts = np.concatenate([[0], np.cumsum(sizes)])[:-1]
+        self._reference = np.arange(sum(sizes), dtype=np.int32) - np.repeat(starts, sizes)
+        self._points = np.concatenate([f.points for f in faces])
+        self._radius = np.array([f.radius for f in faces], np.float32)
+        descriptors = np.concatenate([f.descriptors for f in faces])
+        self._search = make_matcher(matcher, descriptors, binary=binary)
+
+    def candidates(self, features: Features, k: int) -> Candidates:
+        """See `ReferenceIndex.candidates`."""
         indices, distances = self._search.search(features.descriptors, k)
         known = indices >= 0
         face = np.where(known, self._face[indices], -1).astype(np.int32)
@@ -91,3 +118,26 @@ class ReferenceIndex:
         ratio[~known[:, 0]] = np.inf
         reference = self._reference[indices].astype(np.int32)
         return Candidates(face, reference, distances, ratio)
+
+
+def make_index(faces: Sequence[ReferenceSet], matcher: str, *, binary: bool) -> ReferenceIndex:
+    """An index over M×D descriptors of each face.
+
+    Args:
+        faces: at least one.
+        matcher: "native", a name in `MATCHERS`, or "": native for descriptors of bytes,
+            flann-kdtree for others.
+        binary: whether descriptors are bit strings, compared by Hamming, or vectors.
+
+    Raises:
+        InvalidInputError: no matcher has that name, or it is not for this kind of descriptor.
+    """
+    in_bytes = faces[0].descriptors.dtype == np.uint8
+    if matcher == NATIVE and not in_bytes:
+        raise InvalidInputError(
+            f"matcher 'native' searches bytes, this extractor gives {faces[0].descriptors.dtype}: "
+            "use flann-kdtree or brute-force"
+        )
+    if matcher == NATIVE or (not matcher and in_bytes):
+        return NativeIndex(faces, binary=binary)
+    return NeighbourIndex(faces, matcher or "flann-kdtree", binary=binary)

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Protocol
 import cv2
 import numpy as np
 
-from planegrasp import _core
 from planegrasp.errors import InvalidInputError
 
 if TYPE_CHECKING:
@@ -40,13 +39,13 @@ class NeighbourSearch(Protocol):
 
 
 class BruteForce:
-    """Exact search: L2 for float descriptors, Hamming for bit strings."""
+    """Exact search: L2 for vectors, Hamming for bit strings."""
 
-    def __init__(self, references: Descriptors) -> None:
-        self._references = _contiguous(references)
-        is_binary = references.dtype == np.uint8
-        self._norm = cv2.NORM_HAMMING if is_binary else cv2.NORM_L2
-        self._distance_type = cv2.CV_32S if is_binary else cv2.CV_32F
+    def __init__(self, references: Descriptors, *, binary: bool) -> None:
+        self._binary = binary
+        self._references = _prepared(references, binary=binary)
+        self._norm = cv2.NORM_HAMMING if binary else cv2.NORM_L2
+        self._distance_type = cv2.CV_32S if binary else cv2.CV_32F
 
     def search(self, queries: Descriptors, k: int) -> Neighbours:
         """Find the k nearest of each query, see `NeighbourSearch.search`."""
@@ -54,7 +53,7 @@ class BruteForce:
             return _pad(np.zeros((0, 0), np.int32), np.zeros((0, 0), np.float32), k)
         found = min(k, len(self._references))
         distances, indices = cv2.batchDistance(
-            _contiguous(queries),
+            _prepared(queries, binary=self._binary),
             self._references,
             dtype=self._distance_type,
             normType=self._norm,
@@ -63,40 +62,24 @@ class BruteForce:
         return _pad(np.asarray(indices), np.asarray(distances), k)
 
 
-class Native:
-    """Exact search of the core, for bit strings."""
-
-    def __init__(self, references: Descriptors) -> None:
-        if references.dtype != np.uint8:
-            raise InvalidInputError(
-                f"matcher 'native' searches bytes, this extractor gives {references.dtype}: use"
-                " brute-force or flann-kdtree"
-            )
-        n, length = references.shape
-        # Neighbours alone are asked for: where they lie does not matter.
-        points, frames = np.zeros((n, 2), np.float32), np.zeros((n, 2, 2), np.float32)
-        self._index = _core.ReferenceIndex(length, is_binary=True)
-        self._index.add(points, frames, references.astype(np.uint8, copy=False), 0.0)
-
-    def search(self, queries: Descriptors, k: int) -> Neighbours:
-        """Find the k nearest of each query, see `NeighbourSearch.search`."""
-        _, indices, distances, _ = self._index.candidates(queries.astype(np.uint8, copy=False), k)
-        return indices, distances
-
-
 class Flann:
     """Approximate search by OpenCV's FLANN (Muja & Lowe, PAMI 2014)."""
 
     def __init__(
-        self, references: Descriptors, index: Mapping[str, int | float | bool], checks: int
+        self,
+        references: Descriptors,
+        index: Mapping[str, int | float | bool],
+        checks: int,
+        *,
+        binary: bool,
     ) -> None:
         self._size = len(references)
-        self._references = _contiguous(references)
+        self._binary = binary
+        self._references = _prepared(references, binary=binary)
         self._checks = checks
-        is_binary = references.dtype == np.uint8
         # FLANN draws from OpenCV's global generator: fixed, equal input gives equal trees.
         cv2.setRNGSeed(0)
-        distance = _FLANN_HAMMING if is_binary else _FLANN_L2
+        distance = _FLANN_HAMMING if binary else _FLANN_L2
         self._index = cv2.flann.Index(self._references, dict(index), distance)
 
     def search(self, queries: Descriptors, k: int) -> Neighbours:
@@ -104,75 +87,91 @@ class Flann:
         if not len(queries):
             return _pad(np.zeros((0, 0), np.int32), np.zeros((0, 0), np.float32), k)
         indices, distances = self._index.knnSearch(
-            _contiguous(queries), min(k, self._size), params={"checks": self._checks}
+            _prepared(queries, binary=self._binary),
+            min(k, self._size),
+            params={"checks": self._checks},
         )
         found = np.asarray(distances, dtype=np.float32)
-        if self._references.dtype != np.uint8:
+        if not self._binary:
             found = np.sqrt(found)
         return _pad(np.asarray(indices), found, k)
 
 
-def flann_kdtree(references: Descriptors, trees: int = 4, checks: int = 64) -> NeighbourSearch:
-    """Randomised k-d trees, for float descriptors (the paper's matcher)."""
-    _require(references, binary=False, name="flann-kdtree")
-    return Flann(references, {"algorithm": _FLANN_KDTREE, "trees": trees}, checks)
+def flann_kdtree(
+    references: Descriptors, trees: int = 4, checks: int = 64, *, binary: bool
+) -> NeighbourSearch:
+    """Randomised k-d trees, for vectors (the paper's matcher)."""
+    _require("flann-kdtree", vectors=not binary)
+    index = {"algorithm": _FLANN_KDTREE, "trees": trees}
+    return Flann(references, index, checks, binary=binary)
 
 
 def flann_kmeans(
-    references: Descriptors, branching: int = 32, iterations: int = 7, checks: int = 128
+    references: Descriptors,
+    branching: int = 32,
+    iterations: int = 7,
+    checks: int = 128,
+    *,
+    binary: bool,
 ) -> NeighbourSearch:
-    """Hierarchical k-means tree, for float descriptors (the paper's future work)."""
-    _require(references, binary=False, name="flann-kmeans")
+    """Hierarchical k-means tree, for vectors (the paper's future work)."""
+    _require("flann-kmeans", vectors=not binary)
     index = {"algorithm": _FLANN_KMEANS, "branching": branching, "iterations": iterations}
-    return Flann(references, index, checks)
+    return Flann(references, index, checks, binary=binary)
 
 
 def flann_lsh(
-    references: Descriptors, tables: int = 12, key_bits: int = 20, probes: int = 2
+    references: Descriptors, tables: int = 12, key_bits: int = 20, probes: int = 2, *, binary: bool
 ) -> NeighbourSearch:
     """Multi-probe locality-sensitive hashing, for bit strings (the paper's future work)."""
-    _require(references, binary=True, name="flann-lsh")
+    _require("flann-lsh", vectors=not binary)
     index = {
         "algorithm": _FLANN_LSH,
         "table_number": tables,
         "key_size": key_bits,
         "multi_probe_level": probes,
     }
-    return Flann(references, index, checks=32)
+    return Flann(references, index, checks=32, binary=binary)
 
 
-MATCHERS: dict[str, Callable[[Descriptors], NeighbourSearch]] = {
+MATCHERS: dict[str, Callable[..., NeighbourSearch]] = {
     "brute-force": BruteForce,
-    "native": Native,
     "flann-kdtree": flann_kdtree,
     "flann-kmeans": flann_kmeans,
     "flann-lsh": flann_lsh,
 }
 
 
-def make_matcher(name: str, references: Descriptors) -> NeighbourSearch:
+def make_matcher(name: str, references: Descriptors, *, binary: bool) -> NeighbourSearch:
     """Build the search of that name over M×D references.
+
+    Args:
+        name: in `MATCHERS`.
+        references: M×D.
+        binary: whether they are bit strings, compared by Hamming, or vectors, compared by L2.
 
     Raises:
         InvalidInputError: no matcher has that name, or it is not for this kind of descriptor.
     """
     if name not in MATCHERS:
         raise InvalidInputError(f"no matcher is called {name!r}; there are {', '.join(MATCHERS)}")
-    return MATCHERS[name](references)
+    return MATCHERS[name](references, binary=binary)
 
 
-def _require(references: Descriptors, *, binary: bool, name: str) -> None:
-    if (references.dtype == np.uint8) != binary:
-        kind, other = ("bit strings", "float vectors") if binary else ("float vectors", "bits")
+def _require(name: str, *, vectors: bool) -> None:
+    if vectors == (name == "flann-lsh"):
+        kind, other = ("bit strings", "vectors") if vectors else ("vectors", "bit strings")
         raise InvalidInputError(
             f"matcher {name!r} searches {kind}, this extractor gives {other}: use brute-force"
-            f" or {'flann-kdtree' if binary else 'flann-lsh'}"
+            f" or {'flann-kdtree' if vectors else 'flann-lsh'}"
         )
 
 
-def _contiguous(descriptors: Descriptors) -> Descriptors:
-    """OpenCV takes C-contiguous arrays only."""
-    return descriptors if descriptors.flags.c_contiguous else descriptors.copy()
+def _prepared(descriptors: Descriptors, *, binary: bool) -> Descriptors:
+    """C-contiguous, and vectors as float32: all that OpenCV takes."""
+    if binary:
+        return np.ascontiguousarray(descriptors, np.uint8)
+    return np.ascontiguousarray(descriptors, np.float32)
 
 
 def _pad(indices: NDArray[np.int32], distances: NDArray[np.float32], k: int) -> Neighbours:

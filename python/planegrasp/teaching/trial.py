@@ -79,7 +79,7 @@ def run_trial(gray: NDArray[np.uint8], extractor: Extractor) -> Trial:
     if len(features) < 2 or not len(seen):
         return Trial(features, scale, np.zeros(0, np.intp), 0.0, 0.0)
 
-    search = BruteForce(features.descriptors)
+    search = BruteForce(features.descriptors, binary=extractor.is_binary)
     nearest, distance, elsewhere = _nearest_and_elsewhere(search, features.points, seen)
     A, shift = view_from_reference[:, :2], view_from_reference[:, 2]
     expected = (seen.points - shift) @ np.linalg.inv(A).T

@@ -16,6 +16,7 @@
 // Units stand in brackets, [m], and are no links.
 #![allow(rustdoc::broken_intra_doc_links)]
 
+pub mod budget;
 pub mod camera;
 pub mod candidates;
 pub mod convex_hull;
@@ -48,6 +49,7 @@ pub mod random;
 pub mod rigid;
 pub mod robust;
 pub mod scale;
+pub mod sift;
 #[cfg(test)]
 mod synthetic;
 pub mod three_point;

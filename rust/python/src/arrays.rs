@@ -130,3 +130,8 @@ pub fn to_numpy<'py, const N: usize>(
         .collect();
     Ok(PyArray2::from_vec2(py, &rows)?)
 }
+
+/// A setting that counts something.
+pub fn count(name: &str, value: i64) -> PyResult<usize> {
+    usize::try_from(value).map_err(|_| invalid_input(format!("{name} must be ≥ 0, got {value}")))
+}

@@ -7,9 +7,9 @@ use planegrasp_core::pnp::PnPConfig;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::depth_image;
+use crate::arrays::{count, depth_image};
 use crate::camera::Camera;
-use crate::errors::{from_input_error, from_pose_error, invalid_input};
+use crate::errors::{from_input_error, from_pose_error};
 use crate::estimate::Estimate;
 use crate::face::{Face, cores};
 use crate::pnp::insert_settings;
@@ -105,8 +105,4 @@ pub fn fused(
     py.detach(|| core::estimate(&faces, camera, depth.as_ref(), config))
         .map(|core| Estimate { core })
         .map_err(from_pose_error)
-}
-
-fn count(name: &str, value: i64) -> PyResult<usize> {
-    usize::try_from(value).map_err(|_| invalid_input(format!("{name} must be ≥ 0, got {value}")))
 }

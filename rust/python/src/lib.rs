@@ -19,6 +19,7 @@ mod homography;
 mod matching;
 mod plane;
 mod pnp;
+mod sift;
 mod three_point;
 
 use pyo3::prelude::*;
@@ -41,6 +42,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<face_search::FaceSearch>()?;
     module.add_class::<matching::ReferenceIndex>()?;
     module.add_function(wrap_pyfunction!(coverage::by_usefulness, module)?)?;
+    module.add_class::<sift::Sift>()?;
     module.add_function(wrap_pyfunction!(three_point::three_point, module)?)?;
     module.add_function(wrap_pyfunction!(pnp::pnp, module)?)?;
     module.add_function(wrap_pyfunction!(pnp::planar_poses, module)?)?;
