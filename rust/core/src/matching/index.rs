@@ -2,10 +2,14 @@
 
 use super::exhaustive::Search;
 use super::kernel::Kernel;
+use super::proposal::{InvertedFile, ProposalSettings};
 use super::{Candidates, Metric, ReferenceSet};
 use crate::InputError;
 
 /// Nearest-neighbour search over all faces together.
+///
+/// The search is exact among the faces it looks at. Of a small library these are all; of one with
+/// more descriptors than [`ProposalSettings::exhaustive`], those that an inverted file proposes.
 #[derive(Debug, Clone)]
 pub struct ReferenceIndex {
     kernel: Kernel,
@@ -13,6 +17,9 @@ pub struct ReferenceIndex {
     length: usize,
     faces: Vec<ReferenceSet>,
     present: Vec<u32>,
+    descriptors: usize,
+    settings: ProposalSettings,
+    inverted: Option<InvertedFile>,
 }
 
 impl ReferenceIndex {
@@ -29,7 +36,15 @@ impl ReferenceIndex {
             length,
             faces: Vec::new(),
             present: Vec::new(),
+            descriptors: 0,
+            settings: ProposalSettings::default(),
+            inverted: None,
         }
+    }
+
+    /// The same with other settings of the proposal; for an index that is still empty.
+    pub fn with_settings(self, settings: ProposalSettings) -> Self {
+        Self { settings, ..self }
     }
 
     /// Adds a face and returns its number: the next one, counting those that were removed.
@@ -46,7 +61,24 @@ impl ReferenceIndex {
         let number = self.faces.len();
         self.faces.push(face);
         self.present.push(number as u32);
+        self.descriptors += self.faces[number].len();
+        self.file(number);
         Ok(number)
+    }
+
+    /// Enters a new face into the inverted file, or makes that where the library needs one.
+    fn file(&mut self, number: usize) {
+        match &mut self.inverted {
+            Some(inverted) if !inverted.is_outgrown(self.descriptors) => {
+                inverted.add(number as u32, &self.faces[number]);
+            }
+            None if self.descriptors <= self.settings.exhaustive => {}
+            _ => {
+                let how = (self.metric, self.kernel);
+                let file = InvertedFile::build(how, &self.faces, self.length, self.settings);
+                self.inverted = Some(file);
+            }
+        }
     }
 
     /// Removes a face. The others keep their numbers; this one's stays empty.
@@ -62,7 +94,11 @@ impl ReferenceIndex {
             });
         };
         self.present.remove(place);
+        self.descriptors -= self.faces[face].len();
         self.faces[face] = ReferenceSet::default();
+        if let Some(inverted) = &mut self.inverted {
+            inverted.remove(face as u32);
+        }
         Ok(())
     }
 
@@ -109,12 +145,17 @@ impl ReferenceIndex {
                 valid: "at least 1",
             });
         }
+        let proposed = self
+            .inverted
+            .as_ref()
+            .filter(|_| self.descriptors > self.settings.exhaustive)
+            .map(|file| file.propose(queries, self.length, self.faces.len()));
         let search = Search {
             kernel: self.kernel,
             metric: self.metric,
             length: self.length.max(1),
             faces: &self.faces,
-            among: &self.present,
+            among: proposed.as_deref().unwrap_or(&self.present),
         };
         search.candidates_into(queries, k, found);
         Ok(())

@@ -11,6 +11,7 @@ mod kernel;
 mod nearest;
 #[cfg(test)]
 mod oracle;
+mod proposal;
 mod reference;
 mod scan;
 #[cfg(test)]
@@ -20,4 +21,5 @@ mod tests;
 pub use candidates::{Candidates, NONE};
 pub use index::ReferenceIndex;
 pub use kernel::Kernel;
+pub use proposal::ProposalSettings;
 pub use reference::{Metric, ReferenceSet};

@@ -1,8 +1,7 @@
 //! The nearest few of many.
 
-/// A reference at a distance. Nearer ones come first, equally near ones in the order in which they
-/// were added to the index.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+/// A reference at a distance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Neighbour {
     /// Squared Euclidean distance or number of differing bits.
     pub distance: i32,
@@ -12,7 +11,7 @@ pub struct Neighbour {
     pub reference: u32,
 }
 
-/// The k nearest so far, in order.
+/// The k nearest so far; equally near ones in the order in which they were found.
 #[derive(Debug, Clone)]
 pub struct Nearest {
     k: usize,
@@ -36,13 +35,18 @@ impl Nearest {
         }
     }
 
-    /// Takes a neighbour over the last one, which must be farther.
+    /// Takes a neighbour that comes after those found, in the order of the index, and is below the
+    /// limit.
     pub fn insert(&mut self, neighbour: Neighbour) {
-        if self.found.len() == self.k {
-            self.found.pop();
+        if self.found.len() < self.k {
+            self.found.push(neighbour);
         }
-        let place = self.found.iter().rposition(|other| *other < neighbour);
-        self.found.insert(place.map_or(0, |p| p + 1), neighbour);
+        let mut place = self.found.len() - 1;
+        while place > 0 && self.found[place - 1].distance > neighbour.distance {
+            self.found[place] = self.found[place - 1];
+            place -= 1;
+        }
+        self.found[place] = neighbour;
     }
 
     /// Those found, in order.

@@ -1,0 +1,167 @@
+//! For each word, which faces have descriptors there.
+
+use rayon::prelude::*;
+
+use super::ProposalSettings;
+use super::codebook::Codebook;
+use super::signature::{Projection, Projector, signature};
+use super::votes;
+use crate::matching::kernel::Kernel;
+use crate::matching::{Metric, ReferenceSet};
+use crate::random::SplitMix64;
+
+/// Descriptors that each word is trained with, on average.
+const SAMPLE: usize = 16;
+/// The words are trained again when the library has grown by this factor.
+const GROWTH: usize = 8;
+const SEED: u64 = 0x5eed;
+
+/// The descriptors of one word.
+#[derive(Debug, Clone, Default)]
+pub struct Postings {
+    /// Where about the word each lies.
+    pub signatures: Vec<u64>,
+    /// The face of each.
+    pub faces: Vec<u32>,
+}
+
+/// Descriptors of all faces, sorted by words; as signatures, not in full.
+#[derive(Debug, Clone)]
+pub struct InvertedFile {
+    settings: ProposalSettings,
+    codebook: Codebook,
+    projector: Projector,
+    centres: Vec<Projection>,
+    lists: Vec<Postings>,
+    /// Number of descriptors in the library that the words were trained on.
+    trained_on: usize,
+}
+
+impl InvertedFile {
+    /// Trains the words on the library, which is not empty, and adds all its faces.
+    pub fn build(
+        how: (Metric, Kernel),
+        faces: &[ReferenceSet],
+        length: usize,
+        settings: ProposalSettings,
+    ) -> Self {
+        let mut random = SplitMix64::new(SEED);
+        let total = faces.iter().map(ReferenceSet::len).sum();
+        let sample = sample(faces, length, SAMPLE * settings.words, total);
+        let words = settings.words.min(sample.len() / length);
+        let codebook = Codebook::train(how, &sample, length, words, &mut random);
+        let projector = Projector::new(how.0, length, &mut random);
+        let mut file = Self {
+            settings,
+            centres: centres(&codebook, &projector, &sample, length),
+            codebook,
+            projector,
+            lists: vec![Postings::default(); words],
+            trained_on: total,
+        };
+        for (number, face) in faces.iter().enumerate() {
+            file.add(number as u32, face);
+        }
+        file
+    }
+
+    /// Whether the words were trained on a library that is small against one of this size.
+    pub fn is_outgrown(&self, descriptors: usize) -> bool {
+        descriptors >= GROWTH * self.trained_on
+    }
+
+    /// Adds a face; the words stay as they are.
+    pub fn add(&mut self, number: u32, face: &ReferenceSet) {
+        let (descriptors, length) = (face.descriptors(), face.length().max(1));
+        let words = self.codebook.nearest(&descriptors, 1);
+        for (descriptor, word) in descriptors.chunks_exact(length).zip(words) {
+            let word = word as usize;
+            let projection = self.projector.project(descriptor);
+            let list = &mut self.lists[word];
+            list.signatures
+                .push(signature(&projection, &self.centres[word]));
+            list.faces.push(number);
+        }
+    }
+
+    /// Removes a face.
+    pub fn remove(&mut self, number: u32) {
+        self.lists.par_iter_mut().for_each(|list| {
+            let mut faces = list.faces.iter();
+            list.signatures.retain(|_| faces.next() != Some(&number));
+            list.faces.retain(|&face| face != number);
+        });
+    }
+
+    /// The faces with most votes of the queries, ascending.
+    ///
+    /// `count`: of faces in the index. The result does not depend on the number of threads.
+    pub fn propose(&self, queries: &[u8], length: usize, count: usize) -> Vec<u32> {
+        let probes = self.settings.probes.min(self.lists.len());
+        let words = self.codebook.nearest(queries, probes);
+        let votes = queries
+            .par_chunks_exact(length)
+            .zip(words.par_chunks_exact(probes))
+            .with_min_len(16)
+            .fold(
+                || votes::Ballot::new(count),
+                |mut ballot, (query, words)| {
+                    let projection = self.projector.project(query);
+                    for &word in words {
+                        let word = word as usize;
+                        let bits = signature(&projection, &self.centres[word]);
+                        ballot.mark(bits, &self.lists[word], self.settings.bits);
+                    }
+                    ballot.cast();
+                    ballot
+                },
+            )
+            .map(votes::Ballot::into_votes)
+            .reduce(|| vec![0; count], votes::sum);
+        votes::most(&votes, self.settings.faces)
+    }
+}
+
+/// Mean projection of each word and the descriptors nearest to it.
+fn centres(
+    codebook: &Codebook,
+    projector: &Projector,
+    sample: &[u8],
+    length: usize,
+) -> Vec<Projection> {
+    let words = codebook.words();
+    let words = words.chunks_exact(length);
+    let mut centres: Vec<Projection> = words.map(|word| projector.project(word)).collect();
+    let mut members = vec![1; centres.len()];
+    let assigned = codebook.nearest(sample, 1);
+    for (descriptor, word) in sample.chunks_exact(length).zip(assigned) {
+        let projection = projector.project(descriptor);
+        members[word as usize] += 1;
+        for (sum, value) in centres[word as usize].iter_mut().zip(projection) {
+            *sum += value;
+        }
+    }
+    for (centre, members) in centres.iter_mut().zip(members) {
+        for value in centre {
+            *value /= members;
+        }
+    }
+    centres
+}
+
+/// About so many descriptors, evenly from all faces.
+fn sample(faces: &[ReferenceSet], length: usize, count: usize, total: usize) -> Vec<u8> {
+    let step = total.div_ceil(count).max(1);
+    let mut bytes = Vec::with_capacity(total.div_ceil(step) * length);
+    let mut row = vec![0; length];
+    let mut next = 0;
+    for face in faces {
+        while next < face.len() {
+            face.blocks().copy_to(next, &mut row);
+            bytes.extend_from_slice(&row);
+            next += step;
+        }
+        next -= face.len();
+    }
+    bytes
+}
