@@ -73,20 +73,32 @@ class FaceSearch:
         )
 
     def find(
-        self, view: View, max_instances: int, *, explain: bool = True
+        self,
+        view: View,
+        faces: NDArray[np.uint32],
+        max_instances: int,
+        *,
+        explain: bool = True,
     ) -> tuple[dict[int, list[FaceDetection]], list[FaceReport]]:
-        """Find every instance of every face.
+        """Find every instance of some faces.
 
         Args:
             view: the frame.
+            faces: their numbers.
             max_instances: of one face.
             explain: whether faces that are not there are reported, too.
 
         Returns:
-            Detections by number of the face, best supported first, and a report for each attempt.
+            Detections by number of the face, in the order in which they were found (mostly the
+            best supported first), and a report for each attempt.
         """
         attempts = self._core.find(
-            view.evidence, view.gray, to_core_camera(view.camera), max_instances, refused=explain
+            view.evidence,
+            view.gray,
+            to_core_camera(view.camera),
+            among=faces,
+            max_instances=max_instances,
+            refused=explain,
         )
         found: dict[int, list[FaceDetection]] = {}
         for attempt in attempts:
