@@ -239,11 +239,15 @@ class FaceSearch:
         evidence: Evidence,
         gray: NDArray[np.uint8],
         camera: Camera,
-        max_instances: int,
         *,
+        among: NDArray[np.uint32],
+        max_instances: int,
         refused: bool = True,
     ) -> list[Attempt]:
-        """Find every instance of every face; `refused` asks for the failed attempts, too."""
+        """Find every instance of the faces numbered in `among`.
+
+        `refused` asks for the failed attempts, too.
+        """
 
     def look_where(
         self,
@@ -311,10 +315,25 @@ class ReferenceIndex:
     def remove(self, face: int) -> None:
         """Remove a face. The others keep their numbers."""
 
+    def propose(self, descriptors: NDArray[np.uint8]) -> NDArray[np.uint32]:
+        """Numbers of the faces worth looking at for these descriptors: all of a small library."""
+
     def candidates(
-        self, descriptors: NDArray[np.uint8], k: int
+        self,
+        descriptors: NDArray[np.uint8],
+        k: int,
+        *,
+        among: NDArray[np.uint32],
+        first: int | None = None,
     ) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float32], NDArray[np.float32]]:
         """The k nearest references of each descriptor (N×length), nearest first.
+
+        Args:
+            descriptors: N×length.
+            k: at least 1.
+            among: numbers of the faces to look at.
+            first: how many descriptors of each face to look at, rounded up to whole blocks of 16;
+                None = all.
 
         Returns:
             N×k numbers of faces and N×k numbers within the face, -1 for none; N×k distances (L2

@@ -123,8 +123,8 @@ class FaceReport:
         face: name of the face.
         instance: 0 for the first attempt, 1 for the search after the first instance, …
         found: whether the face was accepted.
-        stage: where it stopped: "features", "matching", "homography", "verification",
-            or "found".
+        stage: where it stopped: "features", "proposal" (in a large library), "matching",
+            "homography", "verification", or "found".
         reason: the check that refused it, in words with its numbers; "" where found.
         figures: the numbers by name, for example matches, inliers, area_px.
     """

@@ -12,6 +12,7 @@ from planegrasp.detection import Detection, DetectionReport
 from planegrasp.errors import InvalidInputError, LibraryError, PoseError
 from planegrasp.features import make_extractor
 from planegrasp.features.oblique import FRONTAL, ObliqueConfig
+from planegrasp.features.pruning import PruningConfig
 from planegrasp.grouping import group_faces, observe, predicted_homography
 from planegrasp.homography import HomographyConfig
 from planegrasp.library import ObjectLibrary
@@ -52,6 +53,9 @@ class DetectorConfig:
         pose: "fused", "pnp" or "three_point", or an estimator with settings of its own, for example
             `FusedEstimator(FusedConfig(size_sigma=0.0))` where the taught size is exact.
         oblique: the views of each face that are learnt; None makes them for SIFT only.
+        pruning: how many descriptors of a face are kept, and how they are chosen.
+        first_look: the most useful descriptors of each face that every frame is compared with; the
+            others only where these did not find the face. 0 = all at once.
         reference_side: longest side of the reference image that features are taken from [px].
         neighbours: how many nearest descriptors are looked at; more than a point has views.
         same_place: points of a face closer than this share of its longest side are one place for
@@ -64,6 +68,8 @@ class DetectorConfig:
     matcher: str = ""
     pose: str | PoseEstimator = "fused"
     oblique: ObliqueConfig | None = None
+    pruning: PruningConfig = field(default_factory=PruningConfig)
+    first_look: int = 1000
     reference_side: int = 400
     neighbours: int = 16
     same_place: float = 0.03
@@ -106,6 +112,7 @@ class Detector:
             [r.set for r in self.references],
             self.config.matcher,
             binary=self._extractor.is_binary,
+            first=self.config.first_look,
         )
         self._search = FaceSearch(self.references, self.config.homography)
 
@@ -124,16 +131,42 @@ class Detector:
         features = self._extractor.extract(gray)
         watch.lap("extract")
         image_points = frame.camera.undistort(features.points)
-        candidates = self._index.candidates(features, self.config.neighbours)
+        look = self._index.look(features, self.config.neighbours)
         watch.lap("match")
-        evidence = self._search.evidence(candidates, features, image_points)
-        view = View(evidence, _undistort(gray, frame.camera), frame.camera)
-        faces, reports = self._search.find(view, self.config.max_instances, explain=explain)
+        evidence = self._search.evidence(look.candidates, features, image_points)
+        flat = _undistort(gray, frame.camera)
+        view = View(features, image_points, evidence, flat, frame.camera)
+        limit = self.config.max_instances
+        faces, reports = self._search.find(view, look.faces, limit, explain=explain)
         watch.lap("homography")
+        missing = np.setdiff1d(look.faces, list(faces)).astype(np.uint32)
+        if look.closer and len(missing):
+            view = self._closer(view, faces, missing)
+            watch.lap("match")
+            more, others = self._search.find(view, missing, limit, explain=explain)
+            faces |= more
+            reports = [report for report in reports if report.found] + others
+            watch.lap("homography")
         detections = self._with_poses(faces, view, frame)
         watch.lap("pose")
-        reports = [_with_others(report, detections) for report in reports]
+        if explain:
+            reports = [_with_others(report, detections) for report in reports]
+            ignored = np.setdiff1d(np.arange(len(self.references)), look.faces)
+            reports += [self._search.not_proposed(int(face)) for face in ignored]
         return DetectionReport(tuple(detections), tuple(reports), watch.seconds)
+
+    def _closer(
+        self,
+        view: View,
+        found: dict[int, list[FaceDetection]],
+        missing: NDArray[np.uint32],
+    ) -> View:
+        """The features outside of the faces found, with all references of the missing faces."""
+        rest = self._search.outside(found, view.image_points)
+        features, image_points = view.features.select(rest), view.image_points[rest]
+        candidates = self._index.look_closer(features, self.config.neighbours, missing)
+        evidence = self._search.evidence(candidates, features, image_points)
+        return replace(view, features=features, image_points=image_points, evidence=evidence)
 
     def _with_poses(
         self, found: dict[int, list[FaceDetection]], view: View, frame: RGBDFrame
@@ -211,6 +244,7 @@ class Detector:
                     face,
                     self._extractor,
                     oblique,
+                    pruning=self.config.pruning,
                     longest_side=self.config.reference_side,
                     same_place=self.config.same_place,
                     cache=cache,

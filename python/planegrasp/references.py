@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, cast
 import cv2
 import numpy as np
 
-from planegrasp.features.oblique import ObliqueConfig, extract_oblique
+from planegrasp.features.oblique import ObliqueConfig, ObliqueFeatures, extract_oblique
+from planegrasp.features.pruning import PruningConfig, by_usefulness
 from planegrasp.geometry import edge_from_pixel
 from planegrasp.library import feature_cache
 from planegrasp.library.feature_cache import feature_key
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from planegrasp.objects import ObjectModel, PlanarFace
 
 # Part of the cache's key: to be raised whenever the same settings give other features.
-_VERSION = "3"
+_VERSION = "4"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,6 +54,7 @@ def prepare_face(
     extractor: Extractor,
     oblique: ObliqueConfig,
     *,
+    pruning: PruningConfig,
     longest_side: int,
     same_place: float,
     cache: Path | None = None,
@@ -64,6 +66,7 @@ def prepare_face(
         face: one of its faces.
         extractor: of the features.
         oblique: which views of the face are made.
+        pruning: how many descriptors are kept; vectors of floats are all kept.
         longest_side: larger reference images are shrunk to this first [px]: detail finer than
             the camera will see costs memory and finds wrong matches.
         same_place: distance below which two points are the same place, over the longest side.
@@ -71,13 +74,13 @@ def prepare_face(
     """
     gray = cv2.cvtColor(face.image, cv2.COLOR_RGB2GRAY)
     height, width = gray.shape
-    key = feature_key(face, f"{_VERSION} {extractor!r} {oblique!r} {longest_side}")
+    key = feature_key(face, f"{_VERSION} {extractor!r} {oblique!r} {pruning!r} {longest_side}")
     arrays = feature_cache.load(cache, key)
     if arrays is None:
         scale = min(1.0, longest_side / max(width, height))
         size = (max(1, round(width * scale)), max(1, round(height * scale)))
         small = cv2.resize(gray, size, interpolation=cv2.INTER_AREA) if scale < 1.0 else gray
-        features = extract_oblique(extractor, small.astype(np.uint8), oblique)
+        features = _useful(extractor, small.astype(np.uint8), oblique, pruning, same_place)
         # Edge coordinates scale without an offset, pixel coordinates would not.
         enlarge = np.array([width / size[0], height / size[1]])
         arrays = {
@@ -93,3 +96,21 @@ def prepare_face(
         same_place * max(width, height),
     )
     return FaceReference(model, face, references)
+
+
+def _useful(
+    extractor: Extractor,
+    gray: NDArray[np.uint8],
+    oblique: ObliqueConfig,
+    pruning: PruningConfig,
+    same_place: float,
+) -> ObliqueFeatures:
+    """Features of all views, the most useful first and only so many."""
+    features = extract_oblique(extractor, gray, oblique)
+    if not pruning.max_descriptors or features.descriptors.dtype != np.uint8:
+        return features
+    distance = same_place * max(gray.shape)
+    keep = by_usefulness(
+        features, gray, extractor, blur=oblique.blur, same_place=distance, config=pruning
+    )
+    return features.select(keep)

@@ -11,9 +11,10 @@ import numpy as np
 from planegrasp import _core
 from planegrasp._convert import to_core_camera
 from planegrasp.detection import FaceDetection, FaceReport
+from planegrasp.homography import apply_homography, reference_corners
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -29,11 +30,15 @@ class View:
     """What the search needs of one frame.
 
     Attributes:
-        evidence: the candidates of the frame's features, sorted by face.
+        features: that are looked at.
+        image_points: N×2, their undistorted pixels.
+        evidence: their candidates, sorted by face.
         gray: H×W uint8, undistorted.
         camera: of the frame.
     """
 
+    features: Features
+    image_points: NDArray[np.float64]
     evidence: _core.Evidence
     gray: NDArray[np.uint8]
     camera: PinholeCamera
@@ -71,6 +76,22 @@ class FaceSearch:
             features.scales,
             features.angles,
         )
+
+    def outside(
+        self, found: Mapping[int, Sequence[FaceDetection]], image_points: NDArray[np.float64]
+    ) -> NDArray[np.bool_]:
+        """Which undistorted pixels (N×2) lie in none of the faces found, by number of the face."""
+        outside = np.ones(len(image_points), dtype=np.bool_)
+        for face, detections in found.items():
+            corners = reference_corners(*self._references[face].size)
+            for detection in detections:
+                outline = apply_homography(detection.homography, corners)
+                sides = np.roll(outline, -1, axis=0) - outline
+                offsets = image_points[:, None] - outline
+                # A verified outline is convex and turns one way: inside is to the same side of all.
+                turns = sides[:, 0] * offsets[..., 1] - sides[:, 1] * offsets[..., 0]
+                outside &= np.any(turns < 0, axis=1)
+        return outside
 
     def find(
         self,
@@ -154,6 +175,13 @@ class FaceSearch:
             coverage=found.coverage,
             agreement=found.agreement,
         )
+
+    def not_proposed(self, face: int) -> FaceReport:
+        """The report of a face that a large library's index did not propose."""
+        reference = self._references[face]
+        reason = "other faces of the library look more like the frame"
+        names = reference.object.name, reference.face.name
+        return FaceReport(*names, 0, found=False, stage="proposal", reason=reason)
 
     def _report(self, attempt: _core.Attempt, features: int) -> FaceReport:
         reference = self._references[attempt.face]

@@ -17,7 +17,7 @@ class StopWatch:
         self._last = time.perf_counter()
 
     def lap(self, stage: str) -> None:
-        """A stage ends here; the next one begins."""
+        """A stage ends here; the next one begins. A stage may come several times."""
         now = time.perf_counter()
-        self.seconds[stage] = now - self._last
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self._last
         self._last = now

@@ -82,6 +82,7 @@ class _Matcher:
             model.faces[0],
             extractor,
             ObliqueConfig(),
+            pruning=self._config.pruning,
             longest_side=self._config.reference_side,
             same_place=self._config.same_place,
         )
@@ -92,7 +93,7 @@ class _Matcher:
         """The nearest references of the frame's features."""
         gray = cv2.cvtColor(frame.color, cv2.COLOR_RGB2GRAY).astype(np.uint8)
         features = self._extractor.extract(gray)
-        candidates = self._index.candidates(features, self._config.neighbours)
+        candidates = self._index.look(features, self._config.neighbours).candidates
         return self.search.evidence(candidates, features, frame.camera.undistort(features.points))
 
 

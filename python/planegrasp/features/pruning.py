@@ -90,6 +90,7 @@ def by_usefulness(
     features: ObliqueFeatures,
     gray: NDArray[np.uint8],
     extractor: Extractor,
+    *,
     blur: float,
     same_place: float,
     config: PruningConfig,
@@ -110,14 +111,13 @@ def by_usefulness(
     trial = _trial(gray, extractor, blur, config)
     index = _core.ReferenceIndex(features.descriptors.shape[1], is_binary=extractor.is_binary)
     index.add(features.points, features.frames, _bytes(features.descriptors), same_place)
-    _, reference, distance, _ = index.candidates(trial.descriptors, _NEIGHBOURS)
+    this = np.zeros(1, np.uint32)
+    _, reference, distance, _ = index.candidates(trial.descriptors, _NEIGHBOURS, among=this)
     offset = features.points[reference] - trial.points[:, None]
     in_view = np.einsum("fab,fkb->fka", trial.view_from_reference, offset)
     right = (reference >= 0) & (np.linalg.norm(in_view, axis=2) <= _RIGHT_PX)
     apart = (reference < 0) | (np.linalg.norm(offset, axis=2) > same_place)
     elsewhere = np.where(apart, distance, np.inf).min(axis=1)
-    # Where all neighbours are one place, what lies elsewhere is farther than all of them.
-    elsewhere = np.where(np.isfinite(elsewhere), elsewhere, np.inf)
     serves = right & (distance <= _RATIO * elsewhere[:, None])
     feature, neighbour = np.nonzero(serves)
     order = _core.by_usefulness(

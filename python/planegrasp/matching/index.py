@@ -61,39 +61,73 @@ class Candidates:
         return len(self.face)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Look:
+    """What a first look at a frame's features gives.
+
+    Attributes:
+        candidates: among the faces worth looking at.
+        faces: numbers of those faces.
+        closer: whether `ReferenceIndex.look_closer` could find more.
+    """
+
+    candidates: Candidates
+    faces: NDArray[np.uint32]
+    closer: bool
+
+
 class ReferenceIndex(Protocol):
-    """Nearest-neighbour search over all faces together."""
+    """Nearest-neighbour search over all faces together.
 
-    def candidates(self, features: Features, k: int) -> Candidates:
-        """The k nearest references of each feature, with the ratio to the nearest elsewhere.
+    A point of a face has descriptors from many oblique views; the ratio test asks for the nearest
+    descriptor that lies elsewhere, on this face or on another one.
+    """
 
-        A point of a face has descriptors from many oblique views; the ratio test asks for the
-        nearest descriptor that lies elsewhere, on this face or on another one.
-        """
+    def look(self, features: Features, k: int) -> Look:
+        """The k nearest references of each feature, quickly."""
+        ...
+
+    def look_closer(self, features: Features, k: int, faces: NDArray[np.uint32]) -> Candidates:
+        """The k nearest of all references of some faces."""
         ...
 
 
 class NativeIndex:
-    """The core's search over descriptors of bytes."""
+    """The core's search over descriptors of bytes, in the order of their usefulness.
 
-    def __init__(self, faces: Sequence[ReferenceSet], *, binary: bool) -> None:
+    A first look compares with the most useful descriptors of each face, of a large library only
+    with faces that an inverted file proposes. That finds most faces in view. The rest, oblique or
+    weakly textured, shows in a closer look at all descriptors of the faces not found.
+    """
+
+    def __init__(self, faces: Sequence[ReferenceSet], *, binary: bool, first: int) -> None:
         self._index = _core.ReferenceIndex(faces[0].descriptors.shape[1], is_binary=binary)
+        self._first = first or None
+        self._closer = np.array([bool(first) and len(f.points) > first for f in faces])
         for face in faces:
             self._index.add(
                 face.points, face.frames, face.descriptors.astype(np.uint8, copy=False), face.radius
             )
 
-    def candidates(self, features: Features, k: int) -> Candidates:
-        """See `ReferenceIndex.candidates`; the ratio is exact however many are at one place."""
+    def look(self, features: Features, k: int) -> Look:
+        """See `ReferenceIndex.look`."""
         descriptors = features.descriptors.astype(np.uint8, copy=False)
-        return Candidates(*self._index.candidates(descriptors, k))
+        faces = self._index.propose(descriptors)
+        found = self._index.candidates(descriptors, k, among=faces, first=self._first)
+        return Look(Candidates(*found), faces, bool(self._closer[faces].any()))
+
+    def look_closer(self, features: Features, k: int, faces: NDArray[np.uint32]) -> Candidates:
+        """See `ReferenceIndex.look_closer`."""
+        descriptors = features.descriptors.astype(np.uint8, copy=False)
+        return Candidates(*self._index.candidates(descriptors, k, among=faces))
 
 
 class NeighbourIndex:
-    """Any `NeighbourSearch`; the ratio looks among the k nearest only."""
+    """Any `NeighbourSearch`; the ratio looks among the k nearest only, and one look is all."""
 
     def __init__(self, faces: Sequence[ReferenceSet], matcher: str, *, binary: bool) -> None:
         sizes = [len(f.points) for f in faces]
+        self._all = np.arange(len(faces), dtype=np.uint32)
         self._face = np.repeat(np.arange(len(faces), dtype=np.int32), sizes)
         starts = np.concatenate([[0], np.cumsum(sizes)])[:-1]
         self._reference = np.arange(sum(sizes), dtype=np.int32) - np.repeat(starts, sizes)
@@ -102,8 +136,12 @@ class NeighbourIndex:
         descriptors = np.concatenate([f.descriptors for f in faces])
         self._search = make_matcher(matcher, descriptors, binary=binary)
 
-    def candidates(self, features: Features, k: int) -> Candidates:
-        """See `ReferenceIndex.candidates`."""
+    def look(self, features: Features, k: int) -> Look:
+        """See `ReferenceIndex.look`."""
+        return Look(self.look_closer(features, k, self._all), self._all, closer=False)
+
+    def look_closer(self, features: Features, k: int, faces: NDArray[np.uint32]) -> Candidates:
+        """See `ReferenceIndex.look_closer`; looks at all faces."""
         indices, distances = self._search.search(features.descriptors, k)
         known = indices >= 0
         face = np.where(known, self._face[indices], -1).astype(np.int32)
@@ -120,7 +158,9 @@ class NeighbourIndex:
         return Candidates(face, reference, distances, ratio)
 
 
-def make_index(faces: Sequence[ReferenceSet], matcher: str, *, binary: bool) -> ReferenceIndex:
+def make_index(
+    faces: Sequence[ReferenceSet], matcher: str, *, binary: bool, first: int = 0
+) -> ReferenceIndex:
     """An index over M×D descriptors of each face.
 
     Args:
@@ -128,6 +168,8 @@ def make_index(faces: Sequence[ReferenceSet], matcher: str, *, binary: bool) -> 
         matcher: "native", a name in `MATCHERS`, or "": native for descriptors of bytes,
             flann-kdtree for others.
         binary: whether descriptors are bit strings, compared by Hamming, or vectors.
+        first: how many descriptors of a face a first look of the native matcher compares with;
+            0 = all.
 
     Raises:
         InvalidInputError: no matcher has that name, or it is not for this kind of descriptor.
@@ -139,5 +181,5 @@ def make_index(faces: Sequence[ReferenceSet], matcher: str, *, binary: bool) -> 
             "use flann-kdtree or brute-force"
         )
     if matcher == NATIVE or (not matcher and in_bytes):
-        return NativeIndex(faces, binary=binary)
+        return NativeIndex(faces, binary=binary, first=first)
     return NeighbourIndex(faces, matcher or "flann-kdtree", binary=binary)

@@ -1,7 +1,7 @@
 //! The search for faces among the matches of a frame.
 
 use nalgebra::{Matrix3, Vector2};
-use numpy::{PyArray1, PyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use planegrasp_core::face_search::{self as core, Match, SearchSettings as CoreSettings};
 use planegrasp_core::matching::Candidates;
 use planegrasp_core::{GrayImage, InputError};
@@ -337,20 +337,24 @@ impl FaceSearch {
             .map_err(from_input_error)
     }
 
-    /// Finds every instance of every face.
-    #[pyo3(signature = (evidence, gray, camera, max_instances, *, refused = true))]
+    /// Finds every instance of some faces.
+    #[pyo3(signature = (evidence, gray, camera, *, among, max_instances, refused = true))]
+    #[allow(clippy::too_many_arguments)] // the frame, and what is asked of it
     fn find(
         &self,
         py: Python<'_>,
         evidence: PyRef<'_, Evidence>,
         gray: PyReadonlyArrayDyn<'_, u8>,
         camera: PyRef<'_, Camera>,
+        among: PyReadonlyArray1<'_, u32>,
         max_instances: usize,
         refused: bool,
     ) -> PyResult<Vec<Attempt>> {
         self.fits(&evidence)?;
         let view = view(&evidence, &gray, &camera)?;
-        let attempts = py.detach(|| core::find(&self.faces, &view, &self.settings, max_instances));
+        let among: Vec<usize> = among.as_array().iter().map(|&face| face as usize).collect();
+        let attempts =
+            py.detach(|| core::find(&self.faces, &among, &view, &self.settings, max_instances));
         Ok(attempts
             .into_iter()
             .filter(|attempt| refused || attempt.outcome.is_ok())

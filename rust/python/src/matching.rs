@@ -1,7 +1,7 @@
 //! The index of reference descriptors.
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
-use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use numpy::{PyReadonlyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use planegrasp_core::matching::{self as core, Metric, NONE};
 use pyo3::prelude::*;
 
@@ -70,18 +70,39 @@ impl ReferenceIndex {
             .map_err(from_input_error)
     }
 
+    /// Faces that are worth looking at for these descriptors: all of a small library.
+    fn propose<'py>(
+        &self,
+        py: Python<'py>,
+        descriptors: PyReadonlyArrayDyn<'_, u8>,
+    ) -> PyResult<Bound<'py, PyArray1<u32>>> {
+        let queries = self.descriptors(&descriptors)?;
+        py.detach(|| self.index.propose(&queries))
+            .map(|faces| PyArray1::from_vec(py, faces))
+            .map_err(from_input_error)
+    }
+
     /// The k nearest references of each descriptor: face, reference, distance, and the ratio.
+    #[pyo3(signature = (descriptors, k, *, among, first = None))]
     fn candidates<'py>(
         &self,
         py: Python<'py>,
         descriptors: PyReadonlyArrayDyn<'_, u8>,
         k: usize,
+        among: PyReadonlyArray1<'_, u32>,
+        first: Option<usize>,
     ) -> PyResult<Found<'py>> {
         let queries = self.descriptors(&descriptors)?;
         let count = queries.len() / self.length;
-        let found = py
-            .detach(|| self.index.candidates(&queries, k))
-            .map_err(from_input_error)?;
+        let mut among: Vec<u32> = among.as_array().to_vec();
+        among.sort_unstable();
+        among.dedup();
+        let mut found = core::Candidates::default();
+        py.detach(|| {
+            let scope = (&among[..], first.unwrap_or(usize::MAX));
+            self.index.candidates_into(&queries, k, scope, &mut found)
+        })
+        .map_err(from_input_error)?;
         let shape = [count, k];
         Ok((
             numbers(found.face).into_pyarray(py).reshape(shape)?,

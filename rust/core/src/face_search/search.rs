@@ -66,17 +66,19 @@ pub struct Attempt {
     pub outcome: Result<FoundFace, Refusal>,
 }
 
-/// Finds every instance of every face: attempts in the order of the faces, and for each face in the
-/// order of its instances. The attempt that ends the search for further instances is left out.
+/// Finds every instance of the faces numbered in `among`: attempts in their order, and for each face
+/// in the order of its instances. The attempt that ends the search for further instances is left out.
 pub fn find(
     faces: &[SearchedFace],
+    among: &[usize],
     view: &View<'_>,
     settings: &SearchSettings,
     max_instances: usize,
 ) -> Vec<Attempt> {
-    (0..faces.len())
-        .into_par_iter()
-        .flat_map_iter(|number| find_one(number, &faces[number], view, settings, max_instances))
+    among
+        .par_iter()
+        .filter_map(|&number| Some((number, faces.get(number)?)))
+        .flat_map_iter(|(number, face)| find_one(number, face, view, settings, max_instances))
         .collect()
 }
 

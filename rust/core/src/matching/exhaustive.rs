@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::blocks::ROWS;
 use super::kernel::Kernel;
 use super::nearest::{Nearest, Neighbour};
 use super::scan::Tiles;
@@ -26,6 +27,8 @@ pub struct Search<'a> {
     pub faces: &'a [ReferenceSet],
     /// Numbers of those to look at, ascending.
     pub among: &'a [u32],
+    /// How many descriptors of each to look at, rounded up to whole blocks.
+    pub first: usize,
 }
 
 impl Search<'_> {
@@ -68,7 +71,7 @@ impl Search<'_> {
             let blocks = self.faces[face as usize].blocks();
             tiles.scan(
                 (self.kernel, self.metric),
-                (face, blocks),
+                (face, blocks, self.first.div_ceil(ROWS)),
                 |query, other| {
                     nearest[query].insert(other);
                     nearest[query].limit()
@@ -127,7 +130,7 @@ impl Search<'_> {
             let blocks = self.faces[face as usize].blocks();
             tiles.scan(
                 (self.kernel, self.metric),
-                (face, blocks),
+                (face, blocks, self.first.div_ceil(ROWS)),
                 |query, other| {
                     if self.is_elsewhere(first[query], &other) {
                         closest[query] = Some(other.distance);

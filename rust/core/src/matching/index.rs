@@ -107,37 +107,52 @@ impl ReferenceIndex {
         &self.faces
     }
 
-    /// The k nearest references of each descriptor, and the ratio to the nearest elsewhere.
+    /// The faces that are worth looking at for these descriptors, ascending: all of a small library.
+    ///
+    /// # Errors
+    /// [`InputError::DescriptorCount`] where the queries are no whole number of descriptors.
+    pub fn propose(&self, queries: &[u8]) -> Result<Vec<u32>, InputError> {
+        self.check(queries)?;
+        let proposed = self
+            .inverted
+            .as_ref()
+            .filter(|_| self.descriptors > self.settings.exhaustive)
+            .map(|file| file.propose(queries, self.length, self.faces.len()));
+        Ok(proposed.unwrap_or_else(|| self.present.clone()))
+    }
+
+    /// The k nearest references of each descriptor among the faces that are proposed, and the ratio
+    /// to the nearest elsewhere.
     ///
     /// The descriptors lie one after the other. The result does not depend on the number of
     /// threads nor on the processor.
     ///
     /// # Errors
-    /// [`InputError::DescriptorCount`] where the queries are no whole number of descriptors,
-    /// [`InputError::OutOfRange`] for k = 0.
+    /// Those of [`Self::candidates_into`].
     pub fn candidates(&self, queries: &[u8], k: usize) -> Result<Candidates, InputError> {
         let mut found = Candidates::default();
-        self.candidates_into(queries, k, &mut found)?;
+        let proposed = self.propose(queries)?;
+        self.candidates_into(queries, k, (&proposed, usize::MAX), &mut found)?;
         Ok(found)
     }
 
-    /// The same into memory that is used again.
+    /// The same among certain faces, into memory that is used again.
+    ///
+    /// `among`: their numbers, ascending; `first`: how many of the descriptors of each, rounded up
+    /// to whole blocks of 16.
     ///
     /// # Errors
-    /// Those of [`Self::candidates`]; `found` is as it was then.
+    /// [`InputError::DescriptorCount`] where the queries are no whole number of descriptors,
+    /// [`InputError::OutOfRange`] for k = 0, [`InputError::NoSuchFace`] for numbers that are not in
+    /// the index; `found` is as it was then.
     pub fn candidates_into(
         &self,
         queries: &[u8],
         k: usize,
+        (among, first): (&[u32], usize),
         found: &mut Candidates,
     ) -> Result<(), InputError> {
-        if !queries.len().is_multiple_of(self.length) {
-            return Err(InputError::DescriptorCount {
-                points: queries.len() / self.length.max(1),
-                length: self.length,
-                bytes: queries.len(),
-            });
-        }
+        self.check(queries)?;
         if k == 0 {
             return Err(InputError::OutOfRange {
                 name: "k",
@@ -145,19 +160,32 @@ impl ReferenceIndex {
                 valid: "at least 1",
             });
         }
-        let proposed = self
-            .inverted
-            .as_ref()
-            .filter(|_| self.descriptors > self.settings.exhaustive)
-            .map(|file| file.propose(queries, self.length, self.faces.len()));
+        if let Some(&face) = among.iter().find(|&&f| f as usize >= self.faces.len()) {
+            return Err(InputError::NoSuchFace {
+                face: face as usize,
+                count: self.faces.len(),
+            });
+        }
         let search = Search {
             kernel: self.kernel,
             metric: self.metric,
             length: self.length.max(1),
             faces: &self.faces,
-            among: proposed.as_deref().unwrap_or(&self.present),
+            among,
+            first,
         };
         search.candidates_into(queries, k, found);
         Ok(())
+    }
+
+    fn check(&self, queries: &[u8]) -> Result<(), InputError> {
+        if queries.len().is_multiple_of(self.length) {
+            return Ok(());
+        }
+        Err(InputError::DescriptorCount {
+            points: queries.len() / self.length.max(1),
+            length: self.length,
+            bytes: queries.len(),
+        })
     }
 }

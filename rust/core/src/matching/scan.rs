@@ -36,16 +36,17 @@ impl Tiles {
 
     /// Offers each query every descriptor of a face that is below the query's limit, in order.
     ///
-    /// `offer` is told the query's number and the neighbour, and answers with the new limit.
+    /// Of the face's blocks the first `count` are looked at, if it has as many. `offer` is told the query's number and the neighbour, and answers with the new limit.
     pub fn scan(
         &mut self,
         (kernel, metric): (Kernel, Metric),
-        (face, blocks): (u32, &DescriptorBlocks),
+        (face, blocks, count): (u32, &DescriptorBlocks, usize),
         mut offer: impl FnMut(usize, Neighbour) -> i32,
     ) {
         let mut found = TileDistances::default();
-        for panel in (0..blocks.blocks()).step_by(PANEL) {
-            let end = (panel + PANEL).min(blocks.blocks());
+        let count = count.min(blocks.blocks());
+        for panel in (0..count).step_by(PANEL) {
+            let end = (panel + PANEL).min(count);
             for (number, (tile, limits)) in self.tiles.iter().zip(&mut self.limits).enumerate() {
                 for block in panel..end {
                     kernel.distances(metric, tile, blocks.block(block), limits, &mut found);

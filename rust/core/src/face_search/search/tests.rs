@@ -49,6 +49,10 @@ fn blind() -> SearchSettings {
     }
 }
 
+fn numbers(faces: &[SearchedFace]) -> Vec<usize> {
+    (0..faces.len()).collect()
+}
+
 #[test]
 fn the_number_of_threads_changes_nothing() {
     let (faces, evidence) = scene(5);
@@ -61,7 +65,7 @@ fn the_number_of_threads_changes_nothing() {
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         let pool = pool.build().unwrap();
-        pool.install(|| find(&faces, &view, &blind(), 3))
+        pool.install(|| find(&faces, &numbers(&faces), &view, &blind(), 3))
     };
     let attempts = with(1);
     let found = attempts.iter().filter(|attempt| attempt.outcome.is_ok());
@@ -82,7 +86,7 @@ fn a_face_is_found_where_it_is_and_refused_for_what_it_lacks() {
         camera: &camera,
     };
     let outcome = |settings: &SearchSettings| {
-        let mut attempts = find(&faces, &view_of, settings, 1);
+        let mut attempts = find(&faces, &numbers(&faces), &view_of, settings, 1);
         assert_eq!(attempts.len(), 1);
         attempts.remove(0).outcome
     };
@@ -143,7 +147,7 @@ fn faces_that_the_evidence_does_not_know_have_no_matches() {
         gray: GrayImage::new(640, 480, &BLACK).unwrap(),
         camera: &camera,
     };
-    let attempts = find(&faces, &view_of, &blind(), 2);
+    let attempts = find(&faces, &numbers(&faces), &view_of, &blind(), 2);
     let outcomes: Vec<_> = attempts
         .iter()
         .map(|a| (a.face, a.outcome.as_ref().err()))
@@ -180,8 +184,11 @@ fn no_features_and_no_instances_are_no_trouble() {
         gray: GrayImage::new(640, 480, &BLACK).unwrap(),
         camera: &camera,
     };
-    assert_eq!(find(&faces, &view_of, &settings(), 3).len(), 1);
+    assert_eq!(
+        find(&faces, &numbers(&faces), &view_of, &settings(), 3).len(),
+        1
+    );
     assert!(find(&[], &view_of, &settings(), 3).is_empty());
     view_of.evidence = &some;
-    assert!(find(&faces, &view_of, &settings(), 0).is_empty());
+    assert!(find(&faces, &numbers(&faces), &view_of, &settings(), 0).is_empty());
 }

@@ -71,7 +71,7 @@ impl Codebook {
                     }
                     tiles.scan(
                         (self.kernel, self.metric),
-                        (0, &self.words),
+                        (0, &self.words, usize::MAX),
                         |query, word| {
                             nearest[query].insert(word);
                             nearest[query].limit()

@@ -72,7 +72,8 @@ impl InvertedFile {
 
     /// Adds a face; the words stay as they are.
     pub fn add(&mut self, number: u32, face: &ReferenceSet) {
-        let (descriptors, length) = (face.descriptors(), face.length().max(1));
+        let (mut descriptors, length) = (face.descriptors(), face.length().max(1));
+        descriptors.truncate(self.settings.first * length);
         let words = self.codebook.nearest(&descriptors, 1);
         for (descriptor, word) in descriptors.chunks_exact(length).zip(words) {
             let word = word as usize;

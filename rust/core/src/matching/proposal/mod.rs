@@ -13,6 +13,8 @@ pub use inverted::InvertedFile;
 pub struct ProposalSettings {
     /// Libraries of more descriptors than this propose faces; smaller ones look at all.
     pub exhaustive: usize,
+    /// Descriptors of each face that take part: the first, which are the most useful ones.
+    pub first: usize,
     /// Most faces that are proposed.
     pub faces: usize,
     /// Words of the codebook.
@@ -27,6 +29,7 @@ impl Default for ProposalSettings {
     fn default() -> Self {
         Self {
             exhaustive: 50_000,
+            first: 1000,
             faces: 12,
             words: 4096,
             probes: 4,
