@@ -108,10 +108,19 @@ def refine(start, matches):
     return search.refine(start, evidence, 0)
 
 
+def view_of(matches, evidence, gray=NOTHING, camera=CAMERA):
+    return View(matches.features(), matches.image, evidence, gray, camera)
+
+
+def find_all(search, view, max_instances=8, *, explain=True, faces=1):
+    """Every instance of this many faces."""
+    return search.find(view, np.arange(faces, dtype=np.uint32), max_instances, explain=explain)
+
+
 def plausible(matches):
     """Whether a face is found, whatever it looks like."""
     search, evidence = matches.search(replace(CONFIG, min_agreement=0.0))
-    return bool(search.find(View(evidence, NOTHING, CAMERA), 1)[0])
+    return bool(find_all(search, view_of(matches, evidence))[0])
 
 
 def corner_errors(matrix, H):
@@ -282,7 +291,8 @@ def two_instances(left=40, right=60):
 
 def find(matches, gray, max_instances=8, *, explain=True):
     search, evidence = matches.search()
-    return search.find(View(evidence, gray, CAMERA), max_instances, explain=explain)
+    view = view_of(matches, evidence, gray)
+    return find_all(search, view, max_instances, explain=explain)
 
 
 def test_every_instance_is_found_the_best_supported_first():
@@ -325,19 +335,19 @@ def test_only_what_was_found_is_reported_where_no_explanation_is_asked_for():
     some, none = two_instances(), pairs(*scene(np.random.default_rng(0), 4))
     search = FaceSearch([some.face(), none.face()], CONFIG)
     evidence = search.evidence(some.candidates(), some.features(), some.image)
-    view = View(evidence, seen_at(LEFT, RIGHT), CAMERA)
+    view = view_of(some, evidence, seen_at(LEFT, RIGHT))
     for explain, expected in ((True, [True, True, False]), (False, [True, True])):
-        found, reports = search.find(view, 8, explain=explain)
+        found, reports = find_all(search, view, explain=explain, faces=2)
         assert [r.found for r in reports] == expected
         assert [len(found[number]) for number in found] == [2]
-    assert search.find(view, 8)[1][2].reason == "0 matches (at least 10)"
+    assert find_all(search, view, faces=2)[1][2].reason == "0 matches (at least 10)"
 
 
 def test_a_reference_without_features_is_reported_as_such():
     some, empty = two_instances(), pairs(np.zeros((0, 2)), np.zeros((0, 2)))
     search = FaceSearch([empty.face(), some.face()], CONFIG)
     evidence = search.evidence(some.candidates(), some.features(), some.image)
-    _, (report, other) = search.find(View(evidence, NOTHING, CAMERA), 8)
+    _, (report, other) = find_all(search, view_of(some, evidence), faces=2)
     assert report.stage == "features"
     assert report.reason == "the reference image has no features"
     assert report.figures == {"features": 100}
@@ -346,8 +356,9 @@ def test_a_reference_without_features_is_reported_as_such():
 
 def test_corners_are_where_the_lens_shows_them():
     lens = PinholeCamera(640, 480, 525.0, 525.0, 319.5, 239.5, (0.1, -0.2))
-    search, evidence = two_instances().search()
-    found, _ = search.find(View(evidence, seen_at(LEFT, RIGHT), lens), 1)
+    some = two_instances()
+    search, evidence = some.search()
+    found, _ = find_all(search, view_of(some, evidence, seen_at(LEFT, RIGHT), lens), 1)
     expected = lens.distort(apply_homography(RIGHT, reference_corners(*SIZE)))
     np.testing.assert_allclose(found[0][0].corners, expected, atol=1e-3)
 
@@ -355,15 +366,15 @@ def test_corners_are_where_the_lens_shows_them():
 def test_a_predicted_face_is_verified_whatever_the_ratio_of_its_matches():
     some = replace(two_instances(), ratio=np.full(100, 0.99))
     search, evidence = some.search()
-    view = View(evidence, seen_at(LEFT, RIGHT), CAMERA)
-    assert not search.find(view, 8)[0]
+    view = view_of(some, evidence, seen_at(LEFT, RIGHT))
+    assert not find_all(search, view)[0]
     near = LEFT.copy()
     near[1, 2] -= 1.5
     detection = search.look_where(0, near, view)
     assert corner_errors(detection.homography, LEFT).max() < 1e-3
     assert detection.inliers == 40
     # Where the frame shows something else, where no match lies, and where no face can be.
-    assert search.look_where(0, near, View(evidence, NOTHING, CAMERA)) is None
+    assert search.look_where(0, near, view_of(some, evidence)) is None
     for elsewhere in (true_homography(), -np.eye(3), np.zeros((3, 3)), np.full((3, 3), np.nan)):
         assert search.look_where(0, elsewhere, view) is None
 
@@ -377,8 +388,9 @@ def test_matches_pass_the_ratio_test_that_is_asked_for():
 
 @pytest.mark.parametrize("number", [1, 10**6, -1])
 def test_faces_that_are_not_there_are_refused(number):
-    search, evidence = two_instances().search()
-    view = View(evidence, NOTHING, CAMERA)
+    some = two_instances()
+    search, evidence = some.search()
+    view = view_of(some, evidence)
     for ask in (
         lambda: search.look_where(number, LEFT, view),
         lambda: search.matches(evidence, number, 0.8),
@@ -389,12 +401,25 @@ def test_faces_that_are_not_there_are_refused(number):
             ask()
 
 
+def test_only_the_faces_asked_for_are_looked_for():
+    some = two_instances()
+    search = FaceSearch([some.face()] * 3, CONFIG)
+    evidence = search.evidence(some.candidates(), some.features(), some.image)
+    view = view_of(some, evidence, seen_at(LEFT, RIGHT))
+    for faces, found in (([], 0), ([1, 2], 0), ([2, 0], 2)):
+        detections, reports = search.find(view, np.array(faces, np.uint32), 8)
+        assert len(detections.get(0, [])) == found
+        assert len(reports) == len(faces) + (found > 1)
+    # Numbers that no face has are left out.
+    assert search.find(view, np.array([3, 2**32 - 1], np.uint32), 8) == ({}, [])
+
+
 def test_evidence_for_other_faces_is_refused():
     some = two_instances()
     search, evidence = FaceSearch([some.face(), some.face()], CONFIG), some.search()[1]
-    view = View(evidence, NOTHING, CAMERA)
+    view = view_of(some, evidence)
     for ask in (
-        lambda: search.find(view, 1),
+        lambda: find_all(search, view),
         lambda: search.look_where(0, LEFT, view),
         lambda: search.matches(evidence, 0, 0.8),
         lambda: search.hypotheses(evidence, 0),
@@ -412,7 +437,7 @@ def test_keypoints_that_the_face_has_not_match_nothing():
         beyond = replace(candidates, reference=np.full((100, 1), wrong, np.int32))
         evidence = search.evidence(beyond, some.features(), some.image)
         assert len(search.matches(evidence, 0, 1.0)) == 0
-        assert not search.find(View(evidence, NOTHING, CAMERA), 1)[0]
+        assert not find_all(search, view_of(some, evidence))[0]
     for face in (1, -2, np.iinfo(np.int32).max):
         unknown = replace(candidates, face=np.full((100, 1), face, np.int32))
         evidence = search.evidence(unknown, some.features(), some.image)
@@ -459,7 +484,7 @@ def test_ratios_that_are_no_number_pass_no_test():
     some = replace(two_instances(), ratio=np.full(100, np.nan))
     search, evidence = some.search()
     assert len(search.matches(evidence, 0, 1.0)) == 0
-    assert not search.find(View(evidence, NOTHING, CAMERA), 1)[0]
+    assert not find_all(search, view_of(some, evidence))[0]
 
 
 def test_references_with_keypoints_that_are_not_finite_are_refused():
@@ -471,29 +496,31 @@ def test_references_with_keypoints_that_are_not_finite_are_refused():
 
 @pytest.mark.parametrize("shape", [(480, 639), (640, 480), (0, 0), (480, 640, 1)])
 def test_an_image_of_another_size_than_the_camera_s_is_refused(shape):
-    search, evidence = two_instances().search()
-    view = View(evidence, np.zeros(shape, np.uint8), CAMERA)
+    some = two_instances()
+    search, evidence = some.search()
+    view = view_of(some, evidence, np.zeros(shape, np.uint8))
     message = "gray must be H×W" if len(shape) == 3 else "an image of 640×480 has 307200 pixels"
     with pytest.raises(InvalidInputError, match=message):
-        search.find(view, 1)
+        find_all(search, view)
     with pytest.raises(InvalidInputError, match=message):
         search.look_where(0, LEFT, view)
 
 
 @pytest.mark.parametrize("shape", [(2, 3), (9,), (4, 4)])
 def test_homographies_of_other_shapes_are_refused(shape):
-    search, evidence = two_instances().search()
+    some = two_instances()
+    search, evidence = some.search()
     with pytest.raises(InvalidInputError, match="start must be 3×3"):
         search.refine(np.zeros(shape), evidence, 0)
     with pytest.raises(InvalidInputError, match="predicted must be 3×3"):
-        search.look_where(0, np.zeros(shape), View(evidence, NOTHING, CAMERA))
+        search.look_where(0, np.zeros(shape), view_of(some, evidence))
 
 
 def test_a_frame_without_features_has_no_faces():
     some, empty = two_instances(), pairs(np.zeros((0, 2)), np.zeros((0, 2)))
     search = FaceSearch([some.face()], CONFIG)
     evidence = search.evidence(empty.candidates(), empty.features(), empty.image)
-    found, (report,) = search.find(View(evidence, NOTHING, CAMERA), 8)
+    found, (report,) = find_all(search, view_of(empty, evidence))
     assert not found
     assert (report.stage, report.figures) == ("matching", {"features": 0, "matches": 0})
     assert search.hypotheses(evidence, 0) == []

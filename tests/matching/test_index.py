@@ -28,7 +28,7 @@ def features(*values):
 
 
 def candidates(faces, seen, k=4, matcher="brute-force", binary=False):
-    return make_index(faces, matcher, binary=binary).candidates(seen, k)
+    return make_index(faces, matcher, binary=binary).look(seen, k).candidates
 
 
 def test_the_ratio_is_to_the_nearest_descriptor_elsewhere_on_the_face():

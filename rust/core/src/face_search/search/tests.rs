@@ -11,7 +11,7 @@ use crate::face_search::scenes::{
 use crate::matching::Candidates;
 use crate::random::SplitMix64;
 
-const BLACK: [u8; 640 * 480] = [0; 640 * 480];
+static BLACK: [u8; 640 * 480] = [0; 640 * 480];
 
 /// Of each face 40 keypoints, seen with noise at an own place, and 60 wrong matches.
 fn scene(faces: usize) -> (Vec<SearchedFace>, Evidence) {
@@ -188,7 +188,7 @@ fn no_features_and_no_instances_are_no_trouble() {
         find(&faces, &numbers(&faces), &view_of, &settings(), 3).len(),
         1
     );
-    assert!(find(&[], &view_of, &settings(), 3).is_empty());
+    assert!(find(&[], &[0], &view_of, &settings(), 3).is_empty());
     view_of.evidence = &some;
     assert!(find(&faces, &numbers(&faces), &view_of, &settings(), 0).is_empty());
 }
