@@ -113,6 +113,7 @@ class SearchSettings:
         min_coverage: float,
         min_side: float,
         max_stretch: float,
+        aspect_sigma: float,
         min_agreement: float,
     ) -> SearchSettings: ...
 
@@ -262,11 +263,13 @@ class FaceSearch:
     def matches(self, evidence: Evidence, number: int, max_ratio: float) -> Matches:
         """Matches with one face that pass a ratio test."""
 
-    def hypotheses(self, evidence: Evidence, number: int) -> list[HomographyEstimate]:
+    def hypotheses(
+        self, evidence: Evidence, number: int, camera: Camera
+    ) -> list[HomographyEstimate]:
         """Homographies of one face that would be verified, in their order."""
 
     def refine(
-        self, start: NDArray[np.float64], evidence: Evidence, number: int
+        self, start: NDArray[np.float64], evidence: Evidence, number: int, camera: Camera
     ) -> HomographyEstimate | None:
         """A homography refined over all matches that agree with it, or None."""
 

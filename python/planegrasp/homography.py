@@ -34,6 +34,8 @@ class HomographyConfig:
         min_side: shortest side of the outline [px], at least.
         max_stretch: how far lengths along x and y of the face may disagree with its taught aspect
             ratio, as a factor; also bounds the skew of its axes.
+        aspect_sigma: relative standard deviation of the taught aspect ratio; the smaller, the more
+            the estimate is held to a rigid view.
         min_agreement: share of the face's textured cells that look like the reference, at least.
     """
 
@@ -46,6 +48,7 @@ class HomographyConfig:
     min_coverage: float = 0.03
     min_side: float = 8.0
     max_stretch: float = 1.6
+    aspect_sigma: float = 0.02
     min_agreement: float = 0.3
 
     def __post_init__(self) -> None:
@@ -59,6 +62,8 @@ class HomographyConfig:
                 f"need 0 < max_ratio ≤ max_loose_ratio ≤ 1, got {self.max_ratio}, "
                 f"{self.max_loose_ratio}"
             )
+        if not 0 < self.aspect_sigma < np.inf:
+            raise InvalidInputError(f"need a finite aspect_sigma > 0, got {self.aspect_sigma}")
         if not 0 < self.threshold < np.inf or not self.max_stretch > 1:
             raise InvalidInputError(
                 f"need a finite threshold > 0 and max_stretch > 1, got {self.threshold}, "

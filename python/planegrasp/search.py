@@ -145,24 +145,30 @@ class FaceSearch:
         """Matches with one face that pass a ratio test."""
         return self._core.matches(evidence, face, max_ratio)
 
-    def hypotheses(self, evidence: _core.Evidence, face: int) -> list[_core.HomographyEstimate]:
+    def hypotheses(
+        self, evidence: _core.Evidence, face: int, camera: PinholeCamera
+    ) -> list[_core.HomographyEstimate]:
         """Homographies of one face to be verified, the likelier source first.
 
         First from the matches that pass the ratio test, sampled in the order of their ratio. Then,
         for faces with few right matches among many, from all those with a weaker ratio that support
         each other, sampled in the order of their support.
         """
-        return self._core.hypotheses(evidence, face)
+        return self._core.hypotheses(evidence, face, to_core_camera(camera))
 
     def refine(
-        self, start: NDArray[np.float64], evidence: _core.Evidence, face: int
+        self,
+        start: NDArray[np.float64],
+        evidence: _core.Evidence,
+        face: int,
+        camera: PinholeCamera,
     ) -> _core.HomographyEstimate | None:
         """A homography refined over all matches that agree with it, whatever their ratio.
 
         Returns:
             The estimate, or None where it degenerates or fewer than four matches agree.
         """
-        return self._core.refine(start, evidence, face)
+        return self._core.refine(start, evidence, face, to_core_camera(camera))
 
     def _detection(self, face: int, found: _core.FoundFace, camera: PinholeCamera) -> FaceDetection:
         inliers = found.inliers

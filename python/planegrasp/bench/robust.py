@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planegrasp import _core
+from planegrasp.bench.scenes import CAMERA
 from planegrasp.homography import HomographyConfig
 
 if TYPE_CHECKING:
@@ -113,7 +114,7 @@ def refined(
 ) -> Points | None:
     """An estimate for face 0, refined as the detector does over all matches that agree with it."""
     matrix = estimator(source, target)
-    estimate = None if matrix is None else search.refine(matrix, evidence, 0)
+    estimate = None if matrix is None else search.refine(matrix, evidence, 0, CAMERA)
     return None if estimate is None else estimate.matrix
 
 

@@ -72,6 +72,11 @@ impl Camera {
         self.distortion.iter().any(|&k| k != 0.0)
     }
 
+    /// From the normalised plane to undistorted pixels, K.
+    pub fn matrix(&self) -> Matrix3<f64> {
+        Matrix3::new(self.fx, 0.0, self.cx, 0.0, self.fy, self.cy, 0.0, 0.0, 1.0)
+    }
+
     /// Undistorted pixel to ray on the normalised plane, K⁻¹.
     pub fn inverse_matrix(&self) -> Matrix3<f64> {
         let (fx, fy) = (1.0 / self.fx, 1.0 / self.fy);

@@ -23,7 +23,7 @@ impl SearchSettings {
     #[new]
     #[pyo3(signature = (
         *, min_matches, max_ratio, max_loose_ratio, threshold, iterations, min_inliers, min_coverage,
-        min_side, max_stretch, min_agreement
+        min_side, max_stretch, aspect_sigma, min_agreement
     ))]
     #[allow(clippy::too_many_arguments)] // every one of them is a named setting
     fn new(
@@ -36,6 +36,7 @@ impl SearchSettings {
         min_coverage: f64,
         min_side: f64,
         max_stretch: f64,
+        aspect_sigma: f64,
         min_agreement: f64,
     ) -> Self {
         Self {
@@ -49,6 +50,7 @@ impl SearchSettings {
                 min_coverage,
                 min_side,
                 max_stretch,
+                aspect_sigma,
                 min_agreement,
             },
         }
@@ -399,12 +401,15 @@ impl FaceSearch {
         py: Python<'_>,
         evidence: PyRef<'_, Evidence>,
         number: isize,
+        camera: PyRef<'_, Camera>,
     ) -> PyResult<Vec<HomographyEstimate>> {
         self.fits(&evidence)?;
         let ((number, face), evidence) = (self.face(number)?, &evidence.core);
+        let camera = &camera.core;
         let found = py.detach(|| {
             let of_face = evidence.of(number, face);
-            [core::from_strict, core::from_supported].map(|from| from(&of_face, &self.settings))
+            [core::from_strict, core::from_supported]
+                .map(|from| from(&of_face, camera, &self.settings))
         });
         Ok(found
             .into_iter()
@@ -420,12 +425,14 @@ impl FaceSearch {
         start: PyReadonlyArrayDyn<'_, f64>,
         evidence: PyRef<'_, Evidence>,
         number: isize,
+        camera: PyRef<'_, Camera>,
     ) -> PyResult<Option<HomographyEstimate>> {
         self.fits(&evidence)?;
         let ((number, face), evidence) = (self.face(number)?, &evidence.core);
         let start = matrix3(&start, "start")?;
+        let camera = &camera.core;
         let refined =
-            py.detach(|| core::refine(&start, &evidence.of(number, face), &self.settings));
+            py.detach(|| core::refine(&start, &evidence.of(number, face), camera, &self.settings));
         Ok(refined.map(|core| HomographyEstimate { core }))
     }
 }

@@ -27,7 +27,7 @@ pub fn estimate_homography<'py>(
         ..RansacConfig::default()
     };
     let found = py
-        .detach(|| core::estimate(&matches, &config))
+        .detach(|| core::estimate(&matches, &config, |_| true))
         .map_err(from_input_error)?;
     found
         .map(|found| Ok((to_numpy(py, &found.matrix)?, found.inliers)))
@@ -50,7 +50,7 @@ pub fn refine_homography<'py>(
             "scale must be > 0 and finite, got {scale}"
         )));
     }
-    py.detach(|| core::refine(&matches, &start, scale))
+    py.detach(|| core::refine(&matches, &start, scale, None))
         .map(|refined| to_numpy(py, &refined))
         .transpose()
 }

@@ -5,9 +5,12 @@ use std::collections::HashSet;
 use nalgebra::Matrix3;
 
 use super::evidence::{FaceEvidence, Match};
+use super::plausible::{convex_outline, rigidity};
+use super::rigid_views::rigid_views;
 use super::settings::SearchSettings;
 use super::support::supported;
-use crate::homography::{PointMatch, RansacConfig, estimate, refine as refine_on};
+use crate::Camera;
+use crate::homography::{PointMatch, Prior, RansacConfig, cost, estimate, refine as refine_on};
 
 /// Rounds of collecting the matches that agree and fitting to them.
 const REFINEMENTS: usize = 2;
@@ -26,6 +29,7 @@ pub struct HomographyEstimate {
 /// From the matches that pass the ratio test, sampled in the order of their ratio.
 pub fn from_strict(
     evidence: &FaceEvidence<'_>,
+    camera: &Camera,
     settings: &SearchSettings,
 ) -> Option<HomographyEstimate> {
     let mut strict = evidence.passing(settings.max_ratio);
@@ -33,25 +37,27 @@ pub fn from_strict(
         return None;
     }
     strict.sort_by(|a, b| a.ratio.total_cmp(&b.ratio));
-    sampled(&strict, evidence, settings)
+    sampled(&strict, evidence, camera, settings)
 }
 
 /// For faces with few right matches among many: from all those with a weaker ratio that support
 /// each other, sampled in the order of their support.
 pub fn from_supported(
     evidence: &FaceEvidence<'_>,
+    camera: &Camera,
     settings: &SearchSettings,
 ) -> Option<HomographyEstimate> {
     let loose = evidence.passing(settings.max_loose_ratio);
     if loose.len() < settings.min_matches {
         return None;
     }
-    sampled(&supported(&loose, evidence), evidence, settings)
+    sampled(&supported(&loose, evidence), evidence, camera, settings)
 }
 
 fn sampled(
     best_first: &[Match],
     evidence: &FaceEvidence<'_>,
+    camera: &Camera,
     settings: &SearchSettings,
 ) -> Option<HomographyEstimate> {
     let config = RansacConfig {
@@ -60,33 +66,64 @@ fn sampled(
         ..RansacConfig::default()
     };
     // Evidence has finite points and the settings are checked: an error is no answer here.
-    let found = estimate(&points(best_first), &config).ok()??;
-    refine(&found.matrix, evidence, settings)
+    let rigidity = rigidity(evidence.face(), camera)?;
+    // Four matches with noise are allowed more than the result.
+    let most = settings.max_stretch.powi(2);
+    let possible = |H: &Matrix3<f64>| {
+        rigidity.stretch(H) <= most && convex_outline(H, evidence.face()).is_ok()
+    };
+    let found = estimate(&points(best_first), &config, possible).ok()??;
+    refine(&found.matrix, evidence, camera, settings)
 }
 
 /// Refines a homography over all matches that agree with it.
 ///
 /// Matches that the ratio test refused, but that lie where the first estimate says, take part:
-/// they make it more precise, and cannot bring a wrong estimate about. `None` where the estimate
+/// they make it more precise, and cannot bring a wrong estimate about. So does the knowledge that
+/// the face is rigid and about as wide and high as taught. `None` where the estimate
 /// degenerates or fewer than four matches agree.
 pub fn refine(
     start: &Matrix3<f64>,
     evidence: &FaceEvidence<'_>,
+    camera: &Camera,
     settings: &SearchSettings,
 ) -> Option<HomographyEstimate> {
+    let prior = Prior {
+        rigidity: rigidity(evidence.face(), camera)?,
+        sigma: settings.aspect_sigma,
+    };
     let mut matrix = *start;
-    for _ in 0..REFINEMENTS {
+    for round in 0..REFINEMENTS {
         let normalised = normalise(&matrix)?;
         let inliers = one_per_place(evidence.agreeing(&normalised, settings.threshold));
         if inliers.len() < 4 {
             return None;
         }
-        let scale = LOSS_SCALE * settings.threshold;
-        matrix = refine_on(&points(&inliers), &normalised, scale).unwrap_or(normalised);
+        let mut starts = vec![normalised];
+        if round == 0 {
+            starts.extend(rigid_views(&normalised, &inliers, evidence.face(), camera));
+        }
+        matrix = best(&points(&inliers), &starts, &prior, settings).unwrap_or(normalised);
     }
     let matrix = normalise(&matrix)?;
     let inliers = one_per_place(evidence.agreeing(&matrix, settings.threshold));
     Some(HomographyEstimate { matrix, inliers })
+}
+
+/// The best of the minima next to some starts.
+fn best(
+    matches: &[PointMatch],
+    starts: &[Matrix3<f64>],
+    prior: &Prior,
+    settings: &SearchSettings,
+) -> Option<Matrix3<f64>> {
+    let scale = LOSS_SCALE * settings.threshold;
+    starts
+        .iter()
+        .filter_map(|start| refine_on(matches, &normalise(start)?, scale, Some(prior)))
+        .map(|refined| (cost(matches, &refined, scale, Some(prior)), refined))
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, refined)| refined)
 }
 
 /// Scales to H[2, 2] = 1, so that w > 0 in front of the camera; `None` where degenerate.

@@ -161,6 +161,11 @@ pub struct FaceEvidence<'a> {
 }
 
 impl FaceEvidence<'_> {
+    /// The face.
+    pub fn face(&self) -> &SearchedFace {
+        self.face
+    }
+
     /// Features that are nearest to this face and pass the ratio test.
     pub fn passing(&self, max_ratio: f64) -> Vec<Match> {
         let passes = |one: &&Match| one.nearest && one.ratio <= max_ratio;

@@ -12,6 +12,7 @@ mod evidence;
 mod face;
 mod plausible;
 mod refusal;
+mod rigid_views;
 #[cfg(test)]
 mod scenes;
 mod search;

@@ -7,6 +7,7 @@ use super::refusal::Refusal;
 use super::settings::SearchSettings;
 use crate::Camera;
 use crate::convex_hull::hull_area;
+use crate::homography::Rigidity;
 
 /// The corners of a face in the frame (undistorted pixels), if they can be the outline of a view.
 ///
@@ -18,20 +19,8 @@ pub fn outline(
     camera: &Camera,
     settings: &SearchSettings,
 ) -> Result<[Vector2<f64>; 4], Refusal> {
-    let mapped = face.corners().map(|corner| H * corner.push(1.0));
-    let behind = mapped.map(|corner| corner.z <= 0.0);
-    if behind.contains(&true) && !mapped.iter().all(|corner| corner.z < 0.0) {
-        return Err(Refusal::BehindCamera);
-    }
-    let outline = mapped.map(|corner| corner.xy() / corner.z);
-    let sides = [0, 1, 2, 3].map(|i| outline[(i + 1) % 4] - outline[i]);
-    let turns = [0, 1, 2, 3].map(|i| sides[i].perp(&sides[(i + 1) % 4]));
-    if turns.iter().all(|turn| *turn < 0.0) {
-        return Err(Refusal::Mirrored);
-    }
-    if !turns.iter().all(|turn| *turn > 0.0) {
-        return Err(Refusal::NotConvex);
-    }
+    let outline = convex_outline(H, face)?;
+    let sides = sides(&outline);
     let shortest = sides.iter().map(|s| s.norm()).fold(f64::INFINITY, f64::min);
     if shortest < settings.min_side {
         return Err(Refusal::ShortSide {
@@ -48,20 +37,36 @@ pub fn outline(
     Ok(outline)
 }
 
-/// By which factor, ≥ 1, a view departs from a rigid one of a face of this width and height.
+/// The corners of a face in the frame (undistorted pixels), if they are those of a plane seen from
+/// its front.
 ///
-/// For H = K · (r₁ r₂ t) · edge-to-face, K⁻¹ · H · face-to-edge has columns proportional to r₁ and
-/// r₂, equally long and orthogonal; the ratio of the singular values has both faults.
-pub fn stretch(H: &Matrix3<f64>, face: &SearchedFace, camera: &Camera) -> f64 {
-    let Some(edge_from_face) = face.face_from_edge().try_inverse() else {
-        return f64::INFINITY;
-    };
-    let metric = camera.inverse_matrix() * H * edge_from_face;
-    let (a, b) = (metric.column(0), metric.column(1));
-    // Eigenvalues of the 2×2 Gram matrix are the squared singular values.
-    let (aa, ab, bb) = (a.dot(&a), a.dot(&b), b.dot(&b));
-    let (mean, half) = ((aa + bb) / 2.0, ((aa - bb) / 2.0).hypot(ab));
-    ((mean + half) / (mean - half).max(f64::MIN_POSITIVE)).sqrt()
+/// # Errors
+/// Why they are not.
+pub fn convex_outline(H: &Matrix3<f64>, face: &SearchedFace) -> Result<[Vector2<f64>; 4], Refusal> {
+    let mapped = face.corners().map(|corner| H * corner.push(1.0));
+    let behind = mapped.map(|corner| corner.z <= 0.0);
+    if behind.contains(&true) && !mapped.iter().all(|corner| corner.z < 0.0) {
+        return Err(Refusal::BehindCamera);
+    }
+    let outline = mapped.map(|corner| corner.xy() / corner.z);
+    let sides = sides(&outline);
+    let turns = [0, 1, 2, 3].map(|i| sides[i].perp(&sides[(i + 1) % 4]));
+    if turns.iter().all(|turn| *turn < 0.0) {
+        return Err(Refusal::Mirrored);
+    }
+    if !turns.iter().all(|turn| *turn > 0.0) {
+        return Err(Refusal::NotConvex);
+    }
+    Ok(outline)
+}
+
+fn sides(outline: &[Vector2<f64>; 4]) -> [Vector2<f64>; 4] {
+    [0, 1, 2, 3].map(|i| outline[(i + 1) % 4] - outline[i])
+}
+
+/// What is known of a view of the face; `None` where the face's map to metres has no inverse.
+pub fn rigidity(face: &SearchedFace, camera: &Camera) -> Option<Rigidity> {
+    Rigidity::new(camera.inverse_matrix(), face.face_from_edge())
 }
 
 /// Area of the points' convex hull over the area of the reference, 0 … 1.
@@ -82,7 +87,7 @@ mod tests {
     }
 
     fn stretched(H: &Matrix3<f64>) -> f64 {
-        stretch(H, &plain_face(&[]), &camera())
+        rigidity(&plain_face(&[]), &camera()).unwrap().stretch(H)
     }
 
     /// The homography with H[2, 2] = 1 that puts the corners of the face there.

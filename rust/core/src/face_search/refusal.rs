@@ -17,7 +17,7 @@ pub enum Refusal {
         needed: usize,
     },
     /// The robust estimation found nothing.
-    #[error("no homography explains any four of its {matches} matches")]
+    #[error("no rigid view of the face explains four of its {matches} matches")]
     NoHomography {
         /// Matches that pass the ratio test.
         matches: usize,
@@ -120,7 +120,7 @@ mod tests {
             (
                 Refusal::NoHomography { matches: 12 },
                 "homography",
-                "no homography explains any four of its 12 matches",
+                "no rigid view of the face explains four of its 12 matches",
             ),
             (
                 Refusal::TooFewInliers {

@@ -26,6 +26,7 @@ pub fn settings() -> SearchSettings {
         min_coverage: 0.03,
         min_side: 8.0,
         max_stretch: 1.6,
+        aspect_sigma: 0.02,
         min_agreement: 0.3,
     }
 }

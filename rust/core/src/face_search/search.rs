@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::estimate::{HomographyEstimate, from_strict, from_supported, refine};
 use super::evidence::{Evidence, FaceEvidence, Match};
 use super::face::SearchedFace;
-use super::plausible::{coverage, outline, stretch};
+use super::plausible::{coverage, outline, rigidity};
 use super::refusal::Refusal;
 use super::settings::SearchSettings;
 use crate::quadrilateral::Quadrilateral;
@@ -94,7 +94,12 @@ pub fn look_where(
     settings: &SearchSettings,
 ) -> Option<FoundFace> {
     outline(predicted, face, view.camera, settings).ok()?;
-    let estimate = refine(predicted, &view.evidence.of(number, face), settings)?;
+    let estimate = refine(
+        predicted,
+        &view.evidence.of(number, face),
+        view.camera,
+        settings,
+    )?;
     verify(face, estimate, view, settings, &mut Figures::default()).ok()
 }
 
@@ -166,7 +171,7 @@ fn attempt(
         (counted, Err(Refusal::TooFewMatches { matches, needed }))
     };
     for hypothesis in [from_strict, from_supported] {
-        let Some(estimate) = hypothesis(evidence, settings) else {
+        let Some(estimate) = hypothesis(evidence, view.camera, settings) else {
             continue;
         };
         let mut figures = counted;
@@ -197,7 +202,8 @@ fn verify(
         });
     }
     let outline = outline(&matrix, face, view.camera, settings)?;
-    let stretch = stretch(&matrix, face, view.camera);
+    let stretch =
+        rigidity(face, view.camera).map_or(f64::INFINITY, |rigidity| rigidity.stretch(&matrix));
     figures.stretch = Some(stretch);
     if stretch > settings.max_stretch {
         let most = settings.max_stretch;

@@ -22,6 +22,8 @@ pub struct SearchSettings {
     pub min_side: f64,
     /// How far lengths along x and y of the face may disagree with its aspect ratio, as a factor.
     pub max_stretch: f64,
+    /// Relative standard deviation of the taught aspect ratio.
+    pub aspect_sigma: f64,
     /// Share of the face's textured cells that look like the reference, at least.
     pub min_agreement: f64,
 }

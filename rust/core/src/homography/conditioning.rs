@@ -39,6 +39,16 @@ impl Conditioning {
         length * self.target.scale
     }
 
+    /// From the source to its conditioned coordinates.
+    pub fn source_matrix(&self) -> Matrix3<f64> {
+        self.source.matrix()
+    }
+
+    /// From the target to its conditioned coordinates.
+    pub fn target_matrix(&self) -> Matrix3<f64> {
+        self.target.matrix()
+    }
+
     /// A homography between original coordinates, between conditioned ones.
     pub fn conditioned(&self, H: &Matrix3<f64>) -> Option<Matrix3<f64>> {
         Some(self.target.matrix() * H * self.source.matrix().try_inverse()?)

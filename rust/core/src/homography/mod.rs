@@ -10,9 +10,11 @@ mod minimal;
 mod progressive;
 mod ransac;
 mod refine;
+mod rigidity;
 
 pub use ransac::{RansacConfig, RobustHomography, estimate};
-pub use refine::refine;
+pub use refine::{Prior, cost, refine};
+pub use rigidity::Rigidity;
 
 use nalgebra::{Matrix3, Vector2};
 

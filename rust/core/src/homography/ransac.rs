@@ -67,10 +67,11 @@ pub struct RobustHomography {
 
 /// The homography that most matches agree with; they must be ordered, the likeliest first.
 ///
-/// `Ok(None)` where there are fewer than four matches or no sample gives a homography.
+/// Samples whose homography is not `possible` are passed over. `Ok(None)` where there are fewer than four matches or no sample gives a homography.
 pub fn estimate(
     matches: &[PointMatch],
     config: &RansacConfig,
+    possible: impl Fn(&Matrix3<f64>) -> bool,
 ) -> Result<Option<RobustHomography>, InputError> {
     config.check()?;
     let finite = |point: &PointMatch| {
@@ -97,7 +98,8 @@ pub fn estimate(
         matches: &conditioned,
         threshold: conditioning.target_length(config.threshold),
     };
-    let found = search(&scorer, config);
+    let possible = |H: &Matrix3<f64>| conditioning.original(H).is_some_and(|H| possible(&H));
+    let found = search(&scorer, config, possible);
     Ok(found.and_then(|(best, iterations)| {
         Some(RobustHomography {
             matrix: conditioning.original(&best.matrix)?,
@@ -107,7 +109,11 @@ pub fn estimate(
     }))
 }
 
-fn search(scorer: &Scorer<'_>, config: &RansacConfig) -> Option<(Scored, usize)> {
+fn search(
+    scorer: &Scorer<'_>,
+    config: &RansacConfig,
+    possible: impl Fn(&Matrix3<f64>) -> bool,
+) -> Option<(Scored, usize)> {
     let count = scorer.matches.len();
     let mut sampler = ProgressiveSampler::new(count, config.seed);
     let mut best_sample = f64::INFINITY;
@@ -116,7 +122,8 @@ fn search(scorer: &Scorer<'_>, config: &RansacConfig) -> Option<(Scored, usize)>
     let mut iterations = 0;
     while iterations < needed.max(config.min_iterations).min(config.max_iterations) {
         iterations += 1;
-        let Some(matrix) = through(&sampler.draw().map(|i| scorer.matches[i])) else {
+        let sampled = through(&sampler.draw().map(|i| scorer.matches[i]));
+        let Some(matrix) = sampled.filter(&possible) else {
             continue;
         };
         let Some(sample) = scorer.score(&matrix, best_sample) else {
@@ -191,7 +198,7 @@ impl Scorer<'_> {
                 .copied()
                 .collect();
             let scale = LOSS_SCALE * self.threshold;
-            let improved = refine_conditioned(&near, &best.matrix, scale, Precision::Coarse)
+            let improved = refine_conditioned(&near, &best.matrix, scale, None, Precision::Coarse)
                 .and_then(|matrix| self.score(&matrix, best.cost));
             match improved {
                 Some(better) => best = better,
@@ -243,7 +250,7 @@ mod tests {
 
     #[test]
     fn three_quarters_of_wrong_matches_do_not_matter() {
-        let found = estimate(&matches(200, 4, 0.5), &RansacConfig::default())
+        let found = estimate(&matches(200, 4, 0.5), &RansacConfig::default(), |_| true)
             .unwrap()
             .unwrap();
         // 50 points of 0.5 px over eight parameters: 0.14 px inside, a few times that at corners.
@@ -264,7 +271,7 @@ mod tests {
             .chain(wrong.map(|(_, point)| point))
             .copied()
             .collect();
-        let found = estimate(&ordered, &RansacConfig::default())
+        let found = estimate(&ordered, &RansacConfig::default(), |_| true)
             .unwrap()
             .unwrap();
         assert!(corner_error(&found.matrix) < 1.5);
@@ -273,7 +280,7 @@ mod tests {
             max_iterations: 30,
             ..RansacConfig::default()
         };
-        let quick = estimate(&ordered, &hopeless).unwrap().unwrap();
+        let quick = estimate(&ordered, &hopeless, |_| true).unwrap().unwrap();
         assert!(corner_error(&quick.matrix) < 1.5);
     }
 
@@ -281,28 +288,31 @@ mod tests {
     fn the_same_seed_gives_the_same_homography() {
         let noisy = matches(120, 3, 0.5);
         let config = RansacConfig::default();
-        assert_eq!(estimate(&noisy, &config), estimate(&noisy, &config));
+        assert_eq!(
+            estimate(&noisy, &config, |_| true),
+            estimate(&noisy, &config, |_| true)
+        );
     }
 
     #[test]
     fn degenerate_matches_give_none_and_absurd_ones_an_error() {
         let config = RansacConfig::default();
-        assert_eq!(estimate(&[], &config), Ok(None));
-        assert_eq!(estimate(&matches(3, 1, 0.0), &config), Ok(None));
+        assert_eq!(estimate(&[], &config, |_| true), Ok(None));
+        assert_eq!(estimate(&matches(3, 1, 0.0), &config, |_| true), Ok(None));
         let same = vec![matches(1, 1, 0.0)[0]; 20];
-        assert_eq!(estimate(&same, &config), Ok(None));
+        assert_eq!(estimate(&same, &config, |_| true), Ok(None));
         let mut line = matches(20, 1, 0.0);
         line.iter_mut()
             .for_each(|point| point.source.y = 2.0 * point.source.x);
-        assert_eq!(estimate(&line, &config), Ok(None));
+        assert_eq!(estimate(&line, &config, |_| true), Ok(None));
         let mut infinite = matches(20, 1, 0.0);
         infinite[3].target.x = f64::NAN;
-        assert!(estimate(&infinite, &config).is_err());
+        assert!(estimate(&infinite, &config, |_| true).is_err());
         let negative = RansacConfig {
             threshold: -1.0,
             ..config
         };
-        assert!(estimate(&matches(20, 1, 0.0), &negative).is_err());
+        assert!(estimate(&matches(20, 1, 0.0), &negative, |_| true).is_err());
     }
 
     #[test]

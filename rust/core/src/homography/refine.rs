@@ -4,35 +4,69 @@ use nalgebra::{Matrix2x3, Matrix3, RowVector3, SMatrix, SVector};
 
 use super::PointMatch;
 use super::conditioning::Conditioning;
+use super::rigidity::Rigidity;
 use crate::lm::{LeastSquares, Normal, Precision, minimize};
 
 /// Eight parameters: all entries but the last, which is held at its value of the start.
 const PARAMETERS: usize = 8;
 
-/// Minimises Σ Cauchy(‖H·source - target‖² / scale²) from a start.
+/// How rigid the view is expected to be.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prior {
+    /// The constraints of a rigid view.
+    pub rigidity: Rigidity,
+    /// Standard deviation of their residuals: relative error of the taught aspect ratio.
+    pub sigma: f64,
+}
+
+/// Minimises Σ Cauchy(‖H·source - target‖² / scale²) from a start, plus the prior's squares.
 ///
 /// `scale` is in units of the target: residuals beyond it count less and less. `None` where the
 /// matches do not determine a homography or the start is impossible.
-pub fn refine(matches: &[PointMatch], start: &Matrix3<f64>, scale: f64) -> Option<Matrix3<f64>> {
+pub fn refine(
+    matches: &[PointMatch],
+    start: &Matrix3<f64>,
+    scale: f64,
+    prior: Option<&Prior>,
+) -> Option<Matrix3<f64>> {
     let conditioning = Conditioning::of(matches)?;
     let conditioned: Vec<PointMatch> = matches
         .iter()
         .map(|point| conditioning.condition(point))
         .collect();
+    let prior = match prior {
+        Some(prior) => Some(Prior {
+            rigidity: prior.rigidity.conditioned(&conditioning)?,
+            sigma: prior.sigma,
+        }),
+        None => None,
+    };
     let refined = refine_conditioned(
         &conditioned,
         &conditioning.conditioned(start)?,
         conditioning.target_length(scale),
+        prior.as_ref(),
         Precision::Fine,
     )?;
     conditioning.original(&refined)
 }
 
-/// The same in conditioned coordinates.
+/// What [`refine`] minimises.
+pub fn cost(matches: &[PointMatch], H: &Matrix3<f64>, scale: f64, prior: Option<&Prior>) -> f64 {
+    let problem = Problem {
+        matches,
+        inverse_scale: 1.0 / scale,
+        prior,
+    };
+    problem.cost(H)
+}
+
+/// [`refine`] in conditioned coordinates.
 pub fn refine_conditioned(
     matches: &[PointMatch],
     start: &Matrix3<f64>,
     scale: f64,
+    prior: Option<&Prior>,
     precision: Precision,
 ) -> Option<Matrix3<f64>> {
     if matches.len() < 4 || start[(2, 2)].abs() < 1e-9 {
@@ -41,6 +75,7 @@ pub fn refine_conditioned(
     let problem = Problem {
         matches,
         inverse_scale: 1.0 / scale,
+        prior,
     };
     let minimum = minimize(&problem, start / start[(2, 2)], precision)?;
     Some(minimum.state)
@@ -49,19 +84,21 @@ pub fn refine_conditioned(
 struct Problem<'a> {
     matches: &'a [PointMatch],
     inverse_scale: f64,
+    prior: Option<&'a Prior>,
 }
 
 impl LeastSquares<PARAMETERS> for Problem<'_> {
     type State = Matrix3<f64>;
 
     fn cost(&self, H: &Matrix3<f64>) -> f64 {
-        self.matches
-            .iter()
-            .map(|point| {
-                let squared = point.squared_error(H) * self.inverse_scale.powi(2);
-                squared.ln_1p()
-            })
-            .sum()
+        let departure = self.prior.map_or(0.0, |prior| {
+            prior.rigidity.residuals(H).0.norm_squared() / prior.sigma.powi(2)
+        });
+        let losses = self.matches.iter().map(|point| {
+            let squared = point.squared_error(H) * self.inverse_scale.powi(2);
+            squared.ln_1p()
+        });
+        departure + losses.sum::<f64>()
     }
 
     fn linearize(&self, H: &Matrix3<f64>) -> Normal<PARAMETERS> {
@@ -85,6 +122,13 @@ impl LeastSquares<PARAMETERS> for Problem<'_> {
             let weighted = jacobian.transpose() * weight;
             normal.cost += squared.ln_1p();
             normal.gradient += weighted * residual;
+            normal.hessian += weighted * jacobian;
+        }
+        if let Some(prior) = self.prior {
+            let (residuals, jacobian) = prior.rigidity.residuals(H);
+            let weighted = jacobian.transpose() / prior.sigma.powi(2);
+            normal.cost += residuals.norm_squared() / prior.sigma.powi(2);
+            normal.gradient += weighted * residuals;
             normal.hessian += weighted * jacobian;
         }
         normal
@@ -163,7 +207,7 @@ mod tests {
         let mut start = TRUTH;
         start[(0, 2)] += 8.0;
         start[(1, 0)] += 0.03;
-        let H = refine(&matches(0.0), &start, 1.0).unwrap();
+        let H = refine(&matches(0.0), &start, 1.0, None).unwrap();
         assert!((H / H[(2, 2)] - TRUTH).amax() < 1e-5, "{H}");
     }
 
@@ -173,7 +217,7 @@ mod tests {
         for point in noisy.iter_mut().step_by(10) {
             point.target.x += 40.0;
         }
-        let H = refine(&noisy, &TRUTH, 1.0).unwrap();
+        let H = refine(&noisy, &TRUTH, 1.0, None).unwrap();
         // 180 points of 0.5 px over eight parameters: 0.5·√(8/360) ≈ 0.07 px; three times that.
         for corner in [[0.0, 0.0], [400.0, 0.0], [400.0, 300.0], [0.0, 300.0]] {
             let source = Vector2::from(corner).push(1.0);
@@ -184,9 +228,9 @@ mod tests {
 
     #[test]
     fn too_little_is_refused() {
-        assert_eq!(refine(&matches(0.0)[..3], &TRUTH, 1.0), None);
-        assert_eq!(refine(&[], &TRUTH, 1.0), None);
+        assert_eq!(refine(&matches(0.0)[..3], &TRUTH, 1.0, None), None);
+        assert_eq!(refine(&[], &TRUTH, 1.0, None), None);
         let same = vec![matches(0.0)[0]; 10];
-        assert_eq!(refine(&same, &TRUTH, 1.0), None);
+        assert_eq!(refine(&same, &TRUTH, 1.0, None), None);
     }
 }

@@ -134,7 +134,7 @@ mod tests {
 
     #[test]
     fn descriptors_without_bytes_are_none() {
-        assert_eq!(DescriptorBlocks::new(&[], 0).to_bytes(), []);
+        assert!(DescriptorBlocks::new(&[], 0).to_bytes().is_empty());
         assert_eq!(DescriptorBlocks::new(&[1, 2], 0).count, 0);
     }
 }
