@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from planegrasp.bench.result import BenchResult
-from planegrasp.bench.scene_motion import camera_motion, landmarks
+from planegrasp.bench.scene_lens import calibrate_lens
+from planegrasp.bench.scene_motion import camera_motion, landmarks, reproject, sightings
 from planegrasp.detector import Detector
 from planegrasp.errors import PoseError, SourceError
-from planegrasp.geometry import rigid_transform, rotation_angle
+from planegrasp.geometry import RigidTransform, Rotation, rigid_transform, rotation_angle
 from planegrasp.grouping import observe
 from planegrasp.io.sources import open_source
 from planegrasp.objects import ObjectModel, PlanarFace
@@ -25,7 +27,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from planegrasp.detection import Detection
-    from planegrasp.geometry import RigidTransform
+    from planegrasp.geometry import PinholeCamera
     from planegrasp.rgbd import RGBDFrame
 
 # A detection counts as found within these of the truth; see docs/benchmarks.md for why not pixels.
@@ -40,10 +42,12 @@ class RecordedSettings:
     Attributes:
         data: folder with color/, depth/, camera.json and ground_truth.json.
         max_frames: at most so many frames; 0 = all.
+        calibrate: take the lens distortion from the scene where the camera file has none.
     """
 
     data: Path
     max_frames: int = 0
+    calibrate: bool = False
 
     @classmethod
     def quick(cls, data: Path) -> RecordedSettings:
@@ -82,6 +86,35 @@ class _Truth:
         """N×2 pixels around the object in the first frame."""
         corners = [face["corners_px_in_frame_0"] for face in self.faces.values()]
         return np.asarray(corners, dtype=np.float64).reshape(-1, 2)
+
+    def in_first_frame(self, camera: PinholeCamera) -> RigidTransform:
+        """T_camera_object that puts the corners where they were seen, by this camera.
+
+        For the camera that they were recorded with it is the recorded pose.
+        """
+        T = self.T_camera_object[0]
+        corners = []
+        for face in self.faces.values():
+            x, y = np.asarray(face["size_m"], dtype=float) / 2
+            flat = np.array([[-x, y, 0.0], [x, y, 0.0], [x, -y, 0.0], [-x, -y, 0.0]])
+            corners.append(rigid_transform(face["T_cube_face"]).apply(flat))
+        points = np.vstack(corners)
+        start = (T.rotation.as_rotvec(), T.translation)
+        image = camera.undistort(self.outline)
+        (rotation, translation), _ = reproject(
+            points, image, camera, np.ones(len(points), bool), start
+        )
+        return RigidTransform.from_components(
+            translation.ravel(), Rotation.from_rotvec(rotation.ravel())
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Poses:
+    """T_camera_object in one frame: as recorded, and by the camera's motion in the scene."""
+
+    recorded: RigidTransform
+    by_scene: RigidTransform | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,33 +157,32 @@ class Trial:
 def run(seed: int, settings: RecordedSettings, advance: Callable[[], None]) -> BenchResult:
     """Teach each face from the first frame, alone and all as one object, and find them again."""
     truth = _Truth.read(settings.data)
-    source = open_source(settings.data)
-    frames = iter(source)
-    first = next(frames)
+    first, *frames = islice(open_source(settings.data), settings.steps + 1)
+    seen = landmarks(first, [truth.outline])
+    sighted = [sightings(seen, frame) for frame in frames]
+    camera = calibrate_lens(seen, sighted, first.camera) if settings.calibrate else first.camera
+    first = replace(first, camera=camera)
+    T_first_object = truth.in_first_frame(camera)
     alone = [_teach(name, [name], first, truth) for name in truth.faces]
     together = _teach("object", list(truth.faces), first, truth)
     detectors = [Detector(alone), Detector([together])]
 
-    seen = landmarks(first, [truth.outline])
-    models = {model.name: model for model in [*alone, together]}
-    trials: dict[str, list[Trial]] = {name: [] for name in models}
+    trials: dict[str, list[Trial]] = {model.name: [] for model in [*alone, together]}
     disagreement: list[Errors] = []
-    for i, frame in enumerate(frames, start=1):
-        if settings.max_frames and i > settings.max_frames:
-            break
-        motion = camera_motion(seen, frame)
-        by_scene = None if motion is None else motion * truth.T_camera_object[0]
-        disagreement.append(Errors.between(truth.T_camera_object[i], by_scene))
+    for i, frame in enumerate(frames):
+        motion = camera_motion(seen, sighted[i], camera)
+        poses = _Poses(
+            truth.T_camera_object[i + 1],
+            None if motion is None else motion * T_first_object,
+        )
+        disagreement.append(Errors.between(poses.recorded, poses.by_scene))
         for detector in detectors:
-            found = {d.name: d for d in reversed(detector.detect(frame))}
-            for name in (r.object.name for r in detector.references):
-                if len(trials[name]) < i:
-                    detection = found.get(name)
-                    trials[name].append(
-                        _trial(detection, detector, frame, truth.T_camera_object[i], by_scene)
-                    )
+            found = detector.detect(replace(frame, camera=camera))
+            for name in {r.object.name for r in detector.references}:
+                best = next((d for d in found if d.name == name), None)
+                trials[name].append(_trial(best, detector, frame, poses))
         advance()
-    return _summarise(seed, settings, trials, disagreement)
+    return _summarise(seed, settings, camera, trials, disagreement)
 
 
 def _teach(name: str, faces: Iterable[str], frame: RGBDFrame, truth: _Truth) -> ObjectModel:
@@ -171,8 +203,7 @@ def _trial(
     detection: Detection | None,
     detector: Detector,
     frame: RGBDFrame,
-    recorded: RigidTransform,
-    by_scene: RigidTransform | None,
+    true: _Poses,
 ) -> Trial:
     if detection is None or detection.T_camera_object is None:
         return Trial()
@@ -186,10 +217,12 @@ def _trial(
         pose = make_pose_estimator("three_point").estimate(
             [observe(reference, detection.faces[0])], frame
         )
-        baseline = Errors.between(pose.T_camera_object, recorded).rotation_deg
+        baseline = Errors.between(pose.T_camera_object, true.recorded).rotation_deg
     except PoseError:
         baseline = np.inf
-    return Trial(Errors.between(estimate, recorded), Errors.between(estimate, by_scene), baseline)
+    return Trial(
+        Errors.between(estimate, true.recorded), Errors.between(estimate, true.by_scene), baseline
+    )
 
 
 def _medians(errors: Iterable[Errors]) -> dict[str, float]:
@@ -217,6 +250,7 @@ def _row(trials: Sequence[Trial]) -> dict[str, float]:
 def _summarise(
     seed: int,
     settings: RecordedSettings,
+    camera: PinholeCamera,
     trials: dict[str, list[Trial]],
     disagreement: Sequence[Errors],
 ) -> BenchResult:
@@ -230,7 +264,12 @@ def _summarise(
     return BenchResult(
         bench="recorded",
         seed=seed,
-        settings={"data": str(settings.data), "max_frames": settings.max_frames},
+        settings={
+            "data": str(settings.data),
+            "max_frames": settings.max_frames,
+            "calibrate": settings.calibrate,
+            "distortion": list(camera.distortion),
+        },
         rows=rows,
         figures=figures,
         notes=(

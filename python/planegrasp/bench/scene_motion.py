@@ -25,7 +25,9 @@ if TYPE_CHECKING:
     from planegrasp.geometry import PinholeCamera
     from planegrasp.rgbd import RGBDFrame
 
-__all__ = ["Landmarks", "camera_motion", "landmarks"]
+    Pose = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+__all__ = ["Landmarks", "Sightings", "camera_motion", "landmarks", "reproject", "sightings"]
 
 _MOST_FEATURES = 4000
 _CONTRAST = 0.02
@@ -46,15 +48,34 @@ _FEWEST_INLIERS = 30
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Landmarks:
-    """Points that stand still.
+    """Points that stand still, as one frame shows them.
 
     Attributes:
-        points: N×3 in the frame of the camera that saw them first [m].
+        pixels: N×2, as observed.
+        depth: N along the optical axis [m].
         descriptors: N×128.
     """
 
-    points: NDArray[np.float64]
+    pixels: NDArray[np.float64]
+    depth: NDArray[np.float64]
     descriptors: NDArray[np.float32]
+
+    def points(self, camera: PinholeCamera) -> NDArray[np.float64]:
+        """N×3 in the frame of the camera that saw them [m]."""
+        return np.asarray(camera.rays(self.pixels) * self.depth[:, None], dtype=np.float64)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sightings:
+    """Landmarks that another frame shows again, some of them wrongly.
+
+    Attributes:
+        index: M, which landmark.
+        pixels: M×2, as observed in that frame.
+    """
+
+    index: NDArray[np.intp]
+    pixels: NDArray[np.float64]
 
 
 def landmarks(frame: RGBDFrame, objects: Iterable[NDArray[np.float64]]) -> Landmarks:
@@ -65,32 +86,100 @@ def landmarks(frame: RGBDFrame, objects: Iterable[NDArray[np.float64]]) -> Landm
         objects: outline of each object that may move or is measured, N×2 pixels.
     """
     pixels, descriptors = _features(frame)
-    z = _depths(frame, pixels)
+    depth = _depths(frame, pixels)
     outside = np.ones(len(pixels), bool)
     for outline in objects:
         hull = cv2.convexHull(np.asarray(outline, dtype=np.float32))[:, 0]
         centre = hull.mean(axis=0)
         enlarged = (centre + _MARGIN * (hull - centre)).astype(np.float32)
         outside &= [cv2.pointPolygonTest(enlarged, (u, v), False) < 0 for u, v in pixels.tolist()]
-    chosen = outside & (z > 0)
-    points = frame.camera.rays(pixels[chosen]) * z[chosen, None]
-    return Landmarks(points, descriptors[chosen])
+    chosen = outside & (depth > 0)
+    return Landmarks(pixels[chosen], depth[chosen], descriptors[chosen])
 
 
-def camera_motion(seen: Landmarks, frame: RGBDFrame) -> RigidTransform | None:
-    """T_camera_first: the pose in a frame of the camera that saw the landmarks first.
-
-    Returns:
-        The pose, or None where fewer than 30 landmarks are seen again.
-    """
+def sightings(seen: Landmarks, frame: RGBDFrame) -> Sightings:
+    """The landmarks whose nearest descriptor in a frame passes the ratio test."""
     pixels, descriptors = _features(frame)
-    if len(seen.points) < _FEWEST_INLIERS or len(pixels) < _FEWEST_INLIERS:
-        return None
+    if not len(seen.depth) or len(pixels) < 2:
+        return Sightings(np.zeros(0, np.intp), np.zeros((0, 2)))
     matches = cv2.BFMatcher(cv2.NORM_L2).knnMatch(seen.descriptors, descriptors, 2)
     good = [first for first, second in matches if first.distance < _RATIO * second.distance]
-    points = seen.points[[match.queryIdx for match in good]]
-    image = frame.camera.undistort(pixels[[match.trainIdx for match in good]])
-    return _pose(points, image, frame.camera)
+    index = np.array([match.queryIdx for match in good], dtype=np.intp)
+    return Sightings(index, pixels[[match.trainIdx for match in good]].reshape(-1, 2))
+
+
+def camera_motion(
+    seen: Landmarks, sighted: Sightings, camera: PinholeCamera
+) -> RigidTransform | None:
+    """T_camera_first: the pose of the camera that saw the landmarks first in that of a frame.
+
+    Returns:
+        The pose, or None where fewer than 30 landmarks agree on one.
+    """
+    if len(sighted.index) < _FEWEST_INLIERS:
+        return None
+    points = seen.points(camera)[sighted.index]
+    image = camera.undistort(sighted.pixels)
+    found, rotation, translation, inliers = cv2.solvePnPRansac(
+        points,
+        image,
+        camera.matrix,
+        None,
+        iterationsCount=_RANSAC_ITERATIONS,
+        reprojectionError=_RANSAC_PX,
+        flags=cv2.SOLVEPNP_EPNP,
+    )
+    if not found:
+        return None
+    chosen = np.zeros(len(points), bool)
+    chosen[inliers.ravel()] = True
+    pose = (_floats(rotation), _floats(translation))
+    for _ in range(3):
+        if np.count_nonzero(chosen) < _FEWEST_INLIERS:
+            return None
+        pose, errors = reproject(points, image, camera, chosen, pose)
+        chosen = errors < _INLIER_PX
+    rotation, translation = pose
+    return RigidTransform.from_components(
+        translation.ravel(), Rotation.from_rotvec(rotation.ravel())
+    )
+
+
+def reproject(
+    points: NDArray[np.float64],
+    image: NDArray[np.float64],
+    camera: PinholeCamera,
+    chosen: NDArray[np.bool_],
+    pose: Pose,
+) -> tuple[Pose, NDArray[np.float64]]:
+    """Refine a pose on the chosen points; then the error [px] of all of them.
+
+    Args:
+        points: N×3 [m].
+        image: N×2 undistorted pixels.
+        camera: of the image.
+        chosen: N, at least six of them true.
+        pose: rotation vector and translation [m] to start from, 3 each.
+
+    Returns:
+        The pose, 3×1 each, and N errors.
+    """
+    start_rotation, start_translation = (part.reshape(3, 1).copy() for part in pose)
+    rotation, translation = cv2.solvePnPRefineLM(
+        points[chosen],
+        image[chosen],
+        camera.matrix,
+        None,
+        start_rotation,
+        start_translation,
+    )
+    projected, _ = cv2.projectPoints(points, rotation, translation, camera.matrix, None)
+    errors = np.linalg.norm(projected[:, 0] - image, axis=1)
+    return (_floats(rotation), _floats(translation)), errors
+
+
+def _floats(values: object) -> NDArray[np.float64]:
+    return np.asarray(values, dtype=np.float64)
 
 
 def _features(frame: RGBDFrame) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
@@ -121,35 +210,3 @@ def _depths(frame: RGBDFrame, pixels: NDArray[np.float64]) -> NDArray[np.float64
         if median <= _FARTHEST and np.ptp(measured) <= _LARGEST_STEP * median:
             z[i] = median
     return z
-
-
-def _pose(
-    points: NDArray[np.float64], image: NDArray[np.float64], camera: PinholeCamera
-) -> RigidTransform | None:
-    """Robust pose of points [m] that are seen at undistorted pixels."""
-    if len(points) < _FEWEST_INLIERS:
-        return None
-    found, rotation, translation, inliers = cv2.solvePnPRansac(
-        points,
-        image,
-        camera.matrix,
-        None,
-        iterationsCount=_RANSAC_ITERATIONS,
-        reprojectionError=_RANSAC_PX,
-        flags=cv2.SOLVEPNP_EPNP,
-    )
-    if not found:
-        return None
-    chosen = np.zeros(len(points), bool)
-    chosen[inliers.ravel()] = True
-    for _ in range(3):
-        if np.count_nonzero(chosen) < _FEWEST_INLIERS:
-            return None
-        rotation, translation = cv2.solvePnPRefineLM(
-            points[chosen], image[chosen], camera.matrix, None, rotation, translation
-        )
-        projected, _ = cv2.projectPoints(points, rotation, translation, camera.matrix, None)
-        chosen = np.linalg.norm(projected[:, 0] - image, axis=1) < _INLIER_PX
-    return RigidTransform.from_components(
-        translation.ravel(), Rotation.from_rotvec(rotation.ravel())
-    )
