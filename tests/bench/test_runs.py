@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from planegrasp.bench import estimators, negatives, objects, pose, recorded, tilt
-from planegrasp.bench.scenes import CAMERA, random_pose, rectangles
-from planegrasp.bench.textures import random_background
+from planegrasp.bench.scenes import CAMERA, facing_pose, random_pose, rectangles
+from planegrasp.bench.textures import background, random_background
 from planegrasp.demo.objects import demo_objects
 from planegrasp.demo.scene import poses
 from planegrasp.errors import SourceError
-from planegrasp.geometry import RigidTransform
+from planegrasp.geometry import RigidTransform, Rotation
 from planegrasp.io import write_camera, write_color, write_depth
-from planegrasp.simulation import render
+from planegrasp.simulation import Rectangle, render
 
 
 class Counter:
@@ -134,13 +134,9 @@ def write_recording(path, scenes):
     return frames
 
 
-@pytest.fixture
-def recording(tmp_path):
-    """Three frames of the demonstration's box, with the truth as a recording has it."""
-    carton = demo_objects()[2]
+def write_truth(path, carton, truth, corners):
+    """The truth as a recording has it, for two sides of the demonstration's box."""
     sides = [face for face in carton.faces if face.name in ("front", "right")]
-    truth = [poses(share)["carton"] for share in (0.5, 0.4, 0.6)]
-    frames = write_recording(tmp_path, [rectangles(carton, T) for T in truth])
     T_cube_grid = RigidTransform.from_translation([0.1, -0.2, 0.05])
     names = [face.name for face in carton.faces]
     content = {
@@ -149,13 +145,22 @@ def recording(tmp_path):
         "faces": {
             face.name: {
                 "size_m": [face.width, face.height],
-                "corners_px_in_frame_0": frames[0].corners[names.index(face.name)].tolist(),
+                "corners_px_in_frame_0": corners[names.index(face.name)].tolist(),
                 "T_cube_face": face.T_object_face.as_matrix().tolist(),
             }
             for face in sides
         },
     }
-    (tmp_path / "ground_truth.json").write_text(json.dumps(content))
+    (path / "ground_truth.json").write_text(json.dumps(content))
+
+
+@pytest.fixture
+def recording(tmp_path):
+    """Three frames of the demonstration's box."""
+    carton = demo_objects()[2]
+    truth = [poses(share)["carton"] for share in (0.5, 0.4, 0.6)]
+    frames = write_recording(tmp_path, [rectangles(carton, T) for T in truth])
+    write_truth(tmp_path, carton, truth, frames[0].corners)
     return tmp_path
 
 
@@ -166,6 +171,32 @@ def test_recorded_teaches_from_the_first_frame_and_finds_each_face(recording):
         assert result.figures[f"{face}.rotation_deg_median"] < 1.5
         assert result.figures[f"{face}.translation_mm_median"] < 5.0
         assert f"{face}.three_point_rotation_deg_median" in result.figures
+        assert f"{face}.scene_rotation_deg_median" in result.figures
+
+
+def test_recorded_tells_a_wrong_truth_from_a_wrong_pose(tmp_path):
+    carton = demo_objects()[2]
+    moved = RigidTransform.from_components(
+        [0.03, -0.02, 0.01], Rotation.from_rotvec(np.radians([2.0, -3.0, 4.0]))
+    )
+    first = poses(0.5)["carton"]
+    truth = [first, moved * first]
+    wall = background("motorcycle_left")
+    T_first_wall = facing_pose(np.array([0.0, 0.0, 1.2]), 0.3, 0.0, 0.0)
+    still = [
+        Rectangle(wall, 1.6, 1.6 * wall.shape[0] / wall.shape[1], T * T_first_wall)
+        for T in (RigidTransform.identity(), moved)
+    ]
+    scenes = [[*rectangles(carton, T), picture] for T, picture in zip(truth, still, strict=True)]
+    frames = write_recording(tmp_path, scenes)
+    wrong = RigidTransform.from_rotation(Rotation.from_rotvec([0.0, 0.0, np.radians(4.0)]))
+    write_truth(tmp_path, carton, [first, truth[1] * wrong], frames[0].corners)
+
+    figures = run(recorded, recorded.RecordedSettings(tmp_path)).figures
+    assert figures["truth.rotation_deg_median"] == pytest.approx(4.0, abs=0.3)
+    assert figures["object.rotation_deg_median"] == pytest.approx(4.0, abs=1.0)
+    assert figures["object.scene_rotation_deg_median"] < 1.0
+    assert figures["object.scene_translation_mm_median"] < 5.0
 
 
 def test_recorded_says_which_truth_it_misses(tmp_path):

@@ -162,6 +162,13 @@ def recorded(
     frames: Annotated[
         int | None, typer.Option(min=1, help="At most so many frames.", show_default="all")
     ] = None,
+    calibrate: Annotated[
+        bool,
+        typer.Option(
+            "--calibrate",
+            help="Where camera.json has no lens distortion, take it from what stands still.",
+        ),
+    ] = False,
     seed: SeedOption = 0,
     quick: QuickOption = False,
     json_file: JsonFileOption = None,
@@ -172,6 +179,7 @@ def recorded(
     settings = bench.RecordedSettings.quick(data) if quick else bench.RecordedSettings(data)
     if frames:
         settings = replace(settings, max_frames=frames)
+    settings = replace(settings, calibrate=calibrate)
     _measure(lambda advance: bench.run(seed, settings, advance), settings.steps, json_file)
 
 
