@@ -10,7 +10,7 @@ use super::rigid_views::rigid_views;
 use super::settings::SearchSettings;
 use super::support::supported;
 use crate::Camera;
-use crate::homography::{PointMatch, Prior, RansacConfig, cost, estimate, refine as refine_on};
+use crate::homography::{PointMatch, Prior, RansacConfig, estimate, refine as refine_on};
 
 /// Rounds of collecting the matches that agree and fitting to them.
 const REFINEMENTS: usize = 2;
@@ -80,50 +80,56 @@ fn sampled(
 ///
 /// Matches that the ratio test refused, but that lie where the first estimate says, take part:
 /// they make it more precise, and cannot bring a wrong estimate about. So does the knowledge that
-/// the face is rigid and about as wide and high as taught. `None` where the estimate
-/// degenerates or fewer than four matches agree.
+/// the face is rigid and about as wide and high as taught. `None` where the estimate degenerates or
+/// fewer than four matches agree.
 pub fn refine(
     start: &Matrix3<f64>,
     evidence: &FaceEvidence<'_>,
     camera: &Camera,
     settings: &SearchSettings,
 ) -> Option<HomographyEstimate> {
+    let face = evidence.face();
     let prior = Prior {
-        rigidity: rigidity(evidence.face(), camera)?,
+        rigidity: rigidity(face, camera)?,
         sigma: settings.aspect_sigma,
     };
-    let mut matrix = *start;
-    for round in 0..REFINEMENTS {
-        let normalised = normalise(&matrix)?;
-        let inliers = one_per_place(evidence.agreeing(&normalised, settings.threshold));
+    let free = refined(start, evidence, None, settings)?;
+    rigid_views(&free.matrix, &free.inliers, face, camera)
+        .iter()
+        .filter_map(|view| refined(view, evidence, Some(&prior), settings))
+        .chain(refined(&free.matrix, evidence, Some(&prior), settings))
+        .max_by(|a, b| score(a, settings).total_cmp(&score(b, settings)))
+        .or(Some(free))
+}
+
+/// Rounds of collecting the matches that agree and fitting to them.
+fn refined(
+    start: &Matrix3<f64>,
+    evidence: &FaceEvidence<'_>,
+    prior: Option<&Prior>,
+    settings: &SearchSettings,
+) -> Option<HomographyEstimate> {
+    let mut matrix = normalise(start)?;
+    for _ in 0..REFINEMENTS {
+        let inliers = one_per_place(evidence.agreeing(&matrix, settings.threshold));
         if inliers.len() < 4 {
             return None;
         }
-        let mut starts = vec![normalised];
-        if round == 0 {
-            starts.extend(rigid_views(&normalised, &inliers, evidence.face(), camera));
-        }
-        matrix = best(&points(&inliers), &starts, &prior, settings).unwrap_or(normalised);
+        let scale = LOSS_SCALE * settings.threshold;
+        let fitted = refine_on(&points(&inliers), &matrix, scale, prior);
+        matrix = fitted.map_or(Some(matrix), |fitted| normalise(&fitted))?;
     }
-    let matrix = normalise(&matrix)?;
     let inliers = one_per_place(evidence.agreeing(&matrix, settings.threshold));
     Some(HomographyEstimate { matrix, inliers })
 }
 
-/// The best of the minima next to some starts.
-fn best(
-    matches: &[PointMatch],
-    starts: &[Matrix3<f64>],
-    prior: &Prior,
-    settings: &SearchSettings,
-) -> Option<Matrix3<f64>> {
-    let scale = LOSS_SCALE * settings.threshold;
-    starts
-        .iter()
-        .filter_map(|start| refine_on(matches, &normalise(start)?, scale, Some(prior)))
-        .map(|refined| (cost(matches, &refined, scale, Some(prior)), refined))
-        .min_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, refined)| refined)
+/// How many matches agree, and how well: the complement of MSAC's truncated squared errors.
+fn score(estimate: &HomographyEstimate, settings: &SearchSettings) -> f64 {
+    let squared = settings.threshold.powi(2);
+    let inliers = estimate.inliers.iter();
+    inliers
+        .map(|one| 1.0 - one.points.squared_error(&estimate.matrix) / squared)
+        .sum()
 }
 
 /// Scales to H[2, 2] = 1, so that w > 0 in front of the camera; `None` where degenerate.

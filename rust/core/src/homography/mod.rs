@@ -13,7 +13,7 @@ mod refine;
 mod rigidity;
 
 pub use ransac::{RansacConfig, RobustHomography, estimate};
-pub use refine::{Prior, cost, refine};
+pub use refine::{Prior, refine};
 pub use rigidity::Rigidity;
 
 use nalgebra::{Matrix3, Vector2};

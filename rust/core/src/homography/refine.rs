@@ -51,16 +51,6 @@ pub fn refine(
     conditioning.original(&refined)
 }
 
-/// What [`refine`] minimises.
-pub fn cost(matches: &[PointMatch], H: &Matrix3<f64>, scale: f64, prior: Option<&Prior>) -> f64 {
-    let problem = Problem {
-        matches,
-        inverse_scale: 1.0 / scale,
-        prior,
-    };
-    problem.cost(H)
-}
-
 /// [`refine`] in conditioned coordinates.
 pub fn refine_conditioned(
     matches: &[PointMatch],
