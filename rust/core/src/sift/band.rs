@@ -154,7 +154,7 @@ impl Band<'_> {
         let size = (self.limits.width, self.limits.height);
         if i == 0 {
             for y in y..y + rows {
-                self.first_row(y);
+                self.first_row(simd, y);
             }
             return;
         }
@@ -186,12 +186,18 @@ impl Band<'_> {
     }
 
     #[inline(always)]
-    fn first_row(&mut self, y: usize) {
+    fn first_row<S: Simd>(&mut self, simd: S, y: usize) {
         let width = self.limits.width;
-        let row = &mut self.memory.levels[0].row_mut(y)[..width];
+        let row = &mut self.memory.levels[0].row_mut(y)[..width.next_multiple_of(BLOCK)];
         match self.source {
-            Source::Image(image) => self.memory.first.row(&self.filters.first, image, y, row),
-            Source::Level(level) => row.copy_from_slice(&level[y * width..(y + 1) * width]),
+            Source::Image(image) => {
+                self.memory
+                    .first
+                    .row(simd, &self.filters.first, image, y, row);
+            }
+            Source::Level(level) => {
+                row[..width].copy_from_slice(&level[y * width..(y + 1) * width]);
+            }
         }
     }
 

@@ -28,13 +28,15 @@ pub fn scan_row<S: Simd>(
         let value = load::<S>(rows[1][1], x);
         let strong = simd.greater_than_f32s(simd.abs_f32s(value), limit);
         if simd.first_true_m32s(strong) < S::F32_LANES {
-            let mut flags = [0.0; MAX_LANES];
-            let extreme = planar_extremum(simd, rows, value, x);
-            let strong = simd.select_f32s(strong, extreme, simd.splat_f32s(0.0));
-            store::<S>(&mut flags, 0, strong);
-            for (lane, &flag) in flags[..S::F32_LANES.min(end - x)].iter().enumerate() {
-                if flag != 0.0 && is_extremum(rows, x + lane) {
-                    found(x + lane);
+            let hits = simd.and_m32s(strong, planar_extremum(simd, rows, value, x));
+            if simd.first_true_m32s(hits) < S::F32_LANES {
+                let mut flags = [0.0; MAX_LANES];
+                let (none, one) = (simd.splat_f32s(0.0), simd.splat_f32s(1.0));
+                store::<S>(&mut flags, 0, simd.select_f32s(hits, one, none));
+                for (lane, &flag) in flags[..S::F32_LANES.min(end - x)].iter().enumerate() {
+                    if flag != 0.0 && is_extremum(rows, x + lane) {
+                        found(x + lane);
+                    }
                 }
             }
         }
@@ -42,9 +44,9 @@ pub fn scan_row<S: Simd>(
     }
 }
 
-/// Not zero where no neighbour in the same difference, above and below in scale is more extreme.
+/// Where no neighbour in the same difference, above and below in scale is more extreme.
 #[inline(always)]
-fn planar_extremum<S: Simd>(simd: S, rows: [[&[f32]; 3]; 3], value: S::f32s, x: usize) -> S::f32s {
+fn planar_extremum<S: Simd>(simd: S, rows: [[&[f32]; 3]; 3], value: S::f32s, x: usize) -> S::m32s {
     let [above, middle, below] = rows[1];
     let mut high = simd.max_f32s(load::<S>(middle, x - 1), load::<S>(middle, x + 1));
     let mut low = simd.min_f32s(load::<S>(middle, x - 1), load::<S>(middle, x + 1));
@@ -59,9 +61,10 @@ fn planar_extremum<S: Simd>(simd: S, rows: [[&[f32]; 3]; 3], value: S::f32s, x: 
     }
     include(load::<S>(rows[0][1], x));
     include(load::<S>(rows[2][1], x));
-    let (none, one) = (simd.splat_f32s(0.0), simd.splat_f32s(1.0));
-    let top = simd.select_f32s(simd.greater_than_or_equal_f32s(value, high), one, none);
-    simd.select_f32s(simd.less_than_or_equal_f32s(value, low), one, top)
+    simd.or_m32s(
+        simd.greater_than_or_equal_f32s(value, high),
+        simd.less_than_or_equal_f32s(value, low),
+    )
 }
 
 /// Whether no neighbour of column x of the middle row is more extreme.

@@ -42,6 +42,7 @@ pub struct Limits {
 
 /// The extremum near a sample (difference, row, column); None where there is none, or one that is
 /// too weak or on an edge.
+#[inline(never)]
 pub fn refine(differences: &[RowRing], start: [usize; 3], limits: &Limits) -> Option<Extremum> {
     let mut at = start;
     for _ in 0..MAX_MOVES {
@@ -127,7 +128,20 @@ impl Fit {
 
     /// From the sample to the extremum of the quadratic; None where there is none.
     fn offset(&self) -> Option<Vector3<f32>> {
-        let offset = -(self.hessian.try_inverse()? * self.gradient);
+        let h = &self.hessian;
+        let cofactors = Matrix3::new(
+            h.m22 * h.m33 - h.m23 * h.m23,
+            h.m13 * h.m23 - h.m12 * h.m33,
+            h.m12 * h.m23 - h.m13 * h.m22,
+            h.m13 * h.m23 - h.m12 * h.m33,
+            h.m11 * h.m33 - h.m13 * h.m13,
+            h.m12 * h.m13 - h.m11 * h.m23,
+            h.m12 * h.m23 - h.m13 * h.m22,
+            h.m12 * h.m13 - h.m11 * h.m23,
+            h.m11 * h.m22 - h.m12 * h.m12,
+        );
+        let determinant = h.m11 * cofactors.m11 + h.m12 * cofactors.m12 + h.m13 * cofactors.m13;
+        let offset = cofactors * self.gradient / -determinant;
         offset.iter().all(|o| o.is_finite()).then_some(offset)
     }
 
