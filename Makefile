@@ -23,7 +23,7 @@ demo: build
 	$(BIN)/planegrasp demo --output out/demo
 
 test: build
-	cargo test --release --workspace --exclude planegrasp-python --quiet
+	cargo test --release --package planegrasp-core --all-features --quiet
 	$(BIN)/python -m pytest -n 2 -q
 
 lint: build

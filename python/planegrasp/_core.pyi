@@ -463,3 +463,31 @@ class Sift:
         NDArray[np.uint8],
     ]:
         """Points N×2, scales, angles, responses and descriptors N×128 of an H×W image."""
+
+@final
+class Surf:
+    """SURF with its working memory, settings as in `planegrasp.features.SURFConfig`.
+
+    Raises InvalidInputError for a setting outside of its range.
+    """
+
+    def __new__(
+        cls,
+        *,
+        hessian_threshold: float,
+        octaves: int,
+        octave_layers: int,
+        extended: bool,
+        upright: bool,
+        max_features: int,
+    ) -> Surf: ...
+    def extract(
+        self, image: NDArray[np.uint8]
+    ) -> tuple[
+        NDArray[np.float32],
+        NDArray[np.float32],
+        NDArray[np.float32],
+        NDArray[np.float32],
+        NDArray[np.uint8],
+    ]:
+        """Points (N×2), scales, angles, responses (N each), descriptors (N×D) of an H×W image."""

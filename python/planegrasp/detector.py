@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 
 # Extractors whose features of oblique views recognise a face from the side.
-_OBLIQUE = ("sift", "opencv-sift")
+_OBLIQUE = ("sift", "surf", "opencv-sift")
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,13 +46,13 @@ class DetectorConfig:
     """Settings of the detector; the defaults are the best all-round choice.
 
     Attributes:
-        extractor: "sift", "akaze", "brisk", "orb" or "opencv-sift", or an extractor with
+        extractor: "sift", "surf", "akaze", "brisk", "orb" or "opencv-sift", or an extractor with
             settings of its own, for example `SIFT(SIFTConfig(max_features=2000))`.
         matcher: "native", "flann-kdtree", "flann-kmeans", "flann-lsh" or "brute-force"; "" takes
             native for descriptors of bytes and flann-kdtree for others.
         pose: "fused", "pnp" or "three_point", or an estimator with settings of its own, for example
             `FusedEstimator(FusedConfig(size_sigma=0.0))` where the taught size is exact.
-        oblique: the views of each face that are learnt; None makes them for SIFT only.
+        oblique: the views of each face that are learnt; None makes them for SIFT and SURF.
         pruning: how many descriptors of a face are kept, and how they are chosen.
         first_look: the most useful descriptors of each face that every frame is compared with; the
             others only where these did not find the face. 0 = all at once.

@@ -13,6 +13,7 @@ from planegrasp.features import (
     EXTRACTORS,
     ORB,
     SIFT,
+    SURF,
     AKAZEConfig,
     BRISKConfig,
     Features,
@@ -20,6 +21,7 @@ from planegrasp.features import (
     OpenCVSIFTConfig,
     ORBConfig,
     SIFTConfig,
+    SURFConfig,
     make_extractor,
 )
 from planegrasp.geometry import RigidTransform, Rotation, edge_from_pixel
@@ -27,7 +29,7 @@ from planegrasp.objects import ObjectModel
 from planegrasp.simulation import render
 
 NAMES = sorted(EXTRACTORS)
-LENGTHS = {"sift": 128, "opencv-sift": 128, "akaze": 61, "brisk": 64, "orb": 32}
+LENGTHS = {"sift": 128, "surf": 64, "opencv-sift": 128, "akaze": 61, "brisk": 64, "orb": 32}
 FRONTAL = Rotation.from_matrix(np.diag([1.0, -1.0, -1.0]))
 
 
@@ -180,7 +182,7 @@ def test_a_part_of_a_larger_array_gives_the_features_of_its_copy(photo, name):
 
 
 def test_an_unknown_name_is_answered_with_those_that_are_known():
-    with pytest.raises(InvalidInputError, match="'surfboard'; there are sift, akaze, brisk, orb"):
+    with pytest.raises(InvalidInputError, match="'surfboard'; there are sift, surf, akaze, brisk"):
         make_extractor("surfboard")
 
 
@@ -197,6 +199,7 @@ def test_rootsift_has_unit_length_and_is_the_root_of_sift(photo):
     ("extractor", "few"),
     [
         (SIFT, SIFTConfig(max_features=50)),
+        (SURF, SURFConfig(max_features=50)),
         (OpenCVSIFT, OpenCVSIFTConfig(max_features=50)),
         (AKAZE, AKAZEConfig(max_features=50)),
         (BRISK, BRISKConfig(max_features=50)),
@@ -216,6 +219,9 @@ def test_max_features_is_a_limit(photo, extractor, few):
         (SIFT(SIFTConfig(edge_threshold=20)), SIFT(SIFTConfig(edge_threshold=5))),
         (SIFT(SIFTConfig(octave_layers=4)), SIFT(SIFTConfig(octave_layers=1))),
         (SIFT(SIFTConfig(sigma=1.6)), SIFT(SIFTConfig(sigma=2.4))),
+        (SURF(SURFConfig(hessian_threshold=5)), SURF(SURFConfig(hessian_threshold=50))),
+        (SURF(SURFConfig(octaves=3)), SURF(SURFConfig(octaves=1))),
+        (SURF(SURFConfig(octave_layers=4)), SURF(SURFConfig(octave_layers=2))),
         (AKAZE(AKAZEConfig(threshold=5e-4)), AKAZE(AKAZEConfig(threshold=5e-3))),
         (AKAZE(AKAZEConfig(octaves=4)), AKAZE(AKAZEConfig(octaves=1))),
         (AKAZE(AKAZEConfig(octave_layers=4)), AKAZE(AKAZEConfig(octave_layers=1))),

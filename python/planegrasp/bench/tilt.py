@@ -30,10 +30,12 @@ if TYPE_CHECKING:
 TILTS_DEG = (0, 10, 20, 30, 40, 45, 50, 55, 60, 65, 70, 75, 80)
 RECALL = 0.95
 
-# "sift" is the default, with oblique reference views; "sift_plain" without them.
+# "sift" is the default; it and "surf" have oblique reference views, "…_plain" are without them.
 EXTRACTORS: dict[str, DetectorConfig] = {
     "sift": DetectorConfig(),
     "sift_plain": DetectorConfig(oblique=FRONTAL),
+    "surf": DetectorConfig(extractor="surf"),
+    "surf_plain": DetectorConfig(extractor="surf", oblique=FRONTAL),
     "akaze": DetectorConfig(extractor="akaze"),
     "brisk": DetectorConfig(extractor="brisk"),
     "orb": DetectorConfig(extractor="orb"),

@@ -48,8 +48,8 @@ def tilt(
     extractors: Annotated[
         str | None,
         typer.Option(
-            help="Which, separated by commas: sift (with oblique views), sift_plain, akaze, "
-            "brisk, orb.",
+            help="Which, separated by commas: sift and surf (with oblique views), sift_plain, "
+            "surf_plain, akaze, brisk, orb.",
             metavar="A,B",
             show_default="all",
         ),

@@ -82,7 +82,7 @@ def detect(
         typer.Option("--explain", help="Say for every face where the search stopped, and why."),
     ] = False,
     extractor: Annotated[
-        str, typer.Option(help="Of features: sift, akaze, brisk or orb.", metavar="NAME")
+        str, typer.Option(help="Of features: sift, surf, akaze, brisk or orb.", metavar="NAME")
     ] = "sift",
     matcher: Annotated[
         str | None,

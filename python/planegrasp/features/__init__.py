@@ -11,12 +11,14 @@ from planegrasp.features.brisk import BRISK, BRISKConfig
 from planegrasp.features.opencv_sift import OpenCVSIFT, OpenCVSIFTConfig
 from planegrasp.features.orb import ORB, ORBConfig
 from planegrasp.features.sift import SIFT, SIFTConfig
+from planegrasp.features.surf import SURF, SURFConfig
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 EXTRACTORS: dict[str, Callable[[], Extractor]] = {
     "sift": SIFT,
+    "surf": SURF,
     "akaze": AKAZE,
     "brisk": BRISK,
     "orb": ORB,
@@ -29,6 +31,7 @@ __all__ = [
     "EXTRACTORS",
     "ORB",
     "SIFT",
+    "SURF",
     "AKAZEConfig",
     "BRISKConfig",
     "Extractor",
@@ -37,6 +40,7 @@ __all__ = [
     "OpenCVSIFT",
     "OpenCVSIFTConfig",
     "SIFTConfig",
+    "SURFConfig",
     "make_extractor",
 ]
 

@@ -50,6 +50,8 @@ pub mod rigid;
 pub mod robust;
 pub mod scale;
 pub mod sift;
+#[cfg(feature = "surf")]
+pub mod surf;
 #[cfg(test)]
 mod synthetic;
 pub mod three_point;

@@ -20,6 +20,8 @@ mod matching;
 mod plane;
 mod pnp;
 mod sift;
+#[cfg(feature = "surf")]
+mod surf;
 mod three_point;
 
 use pyo3::prelude::*;
@@ -43,6 +45,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<matching::ReferenceIndex>()?;
     module.add_function(wrap_pyfunction!(coverage::by_usefulness, module)?)?;
     module.add_class::<sift::Sift>()?;
+    #[cfg(feature = "surf")]
+    module.add_class::<surf::Surf>()?;
     module.add_function(wrap_pyfunction!(three_point::three_point, module)?)?;
     module.add_function(wrap_pyfunction!(pnp::pnp, module)?)?;
     module.add_function(wrap_pyfunction!(pnp::planar_poses, module)?)?;
