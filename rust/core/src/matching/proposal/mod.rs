@@ -4,6 +4,9 @@
 mod codebook;
 mod inverted;
 mod signature;
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests;
 mod votes;
 
 pub use inverted::InvertedFile;
