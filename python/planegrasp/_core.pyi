@@ -335,7 +335,7 @@ class ReferenceIndex:
             descriptors: N×length.
             k: at least 1.
             among: numbers of the faces to look at.
-            first: how many descriptors of each face to look at, rounded up to whole blocks of 16;
+            first: how many descriptors of each face to look at, rounded up to whole blocks of 32;
                 None = all.
 
         Returns:

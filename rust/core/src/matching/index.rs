@@ -8,8 +8,8 @@ use crate::InputError;
 
 /// Nearest-neighbour search over all faces together.
 ///
-/// The search is exact among the faces it looks at. Of a small library these are all; of one with
-/// more descriptors than [`ProposalSettings::exhaustive`], those that an inverted file proposes.
+/// The search is exact among the faces it looks at. Of a small library these are all, of a large one
+/// those that an inverted file proposes, see [`ProposalSettings`].
 #[derive(Debug, Clone)]
 pub struct ReferenceIndex {
     kernel: Kernel,
@@ -43,8 +43,12 @@ impl ReferenceIndex {
     }
 
     /// The same with other settings of the proposal; for an index that is still empty.
-    pub fn with_settings(self, settings: ProposalSettings) -> Self {
-        Self { settings, ..self }
+    ///
+    /// # Errors
+    /// [`InputError::OutOfRange`] for settings out of their ranges.
+    pub fn with_settings(self, settings: ProposalSettings) -> Result<Self, InputError> {
+        let settings = settings.checked()?;
+        Ok(Self { settings, ..self })
     }
 
     /// Adds a face and returns its number: the next one, counting those that were removed.
@@ -66,13 +70,19 @@ impl ReferenceIndex {
         Ok(number)
     }
 
+    /// Whether the library is large enough for faces to be proposed.
+    fn proposes(&self) -> bool {
+        self.descriptors > self.settings.exhaustive && self.present.len() > self.settings.faces
+    }
+
     /// Enters a new face into the inverted file, or makes that where the library needs one.
     fn file(&mut self, number: usize) {
+        let proposes = self.proposes();
         match &mut self.inverted {
             Some(inverted) if !inverted.is_outgrown(self.descriptors) => {
                 inverted.add(number as u32, &self.faces[number]);
             }
-            None if self.descriptors <= self.settings.exhaustive => {}
+            None if !proposes => {}
             _ => {
                 let how = (self.metric, self.kernel);
                 let file = InvertedFile::build(how, &self.faces, self.length, self.settings);
@@ -116,7 +126,7 @@ impl ReferenceIndex {
         let proposed = self
             .inverted
             .as_ref()
-            .filter(|_| self.descriptors > self.settings.exhaustive)
+            .filter(|_| self.proposes())
             .map(|file| file.propose(queries, self.length, self.faces.len()));
         Ok(proposed.unwrap_or_else(|| self.present.clone()))
     }
@@ -139,7 +149,7 @@ impl ReferenceIndex {
     /// The same among certain faces, into memory that is used again.
     ///
     /// `among`: their numbers, ascending; `first`: how many of the descriptors of each, rounded up
-    /// to whole blocks of 16.
+    /// to whole blocks of 32.
     ///
     /// # Errors
     /// [`InputError::DescriptorCount`] where the queries are no whole number of descriptors,

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::ProposalSettings;
 use super::codebook::Codebook;
-use super::signature::{Projection, Projector, signature};
+use super::signature::{BITS, Projection, Projector, signature};
 use super::votes;
 use crate::matching::kernel::Kernel;
 use crate::matching::{Metric, ReferenceSet};
@@ -46,8 +46,7 @@ impl InvertedFile {
         settings: ProposalSettings,
     ) -> Self {
         let mut random = SplitMix64::new(SEED);
-        let total = faces.iter().map(ReferenceSet::len).sum();
-        let sample = sample(faces, length, SAMPLE * settings.words, total);
+        let sample = sample(faces, length, &settings);
         let words = settings.words.min(sample.len() / length);
         let codebook = Codebook::train(how, &sample, length, words, &mut random);
         let projector = Projector::new(how.0, length, &mut random);
@@ -57,7 +56,7 @@ impl InvertedFile {
             codebook,
             projector,
             lists: vec![Postings::default(); words],
-            trained_on: total,
+            trained_on: faces.iter().map(ReferenceSet::len).sum(),
         };
         for (number, face) in faces.iter().enumerate() {
             file.add(number as u32, face);
@@ -73,7 +72,7 @@ impl InvertedFile {
     /// Adds a face; the words stay as they are.
     pub fn add(&mut self, number: u32, face: &ReferenceSet) {
         let (mut descriptors, length) = (face.descriptors(), face.length().max(1));
-        descriptors.truncate(self.settings.first * length);
+        descriptors.truncate(self.settings.first.saturating_mul(length));
         let words = self.codebook.nearest(&descriptors, 1);
         for (descriptor, word) in descriptors.chunks_exact(length).zip(words) {
             let word = word as usize;
@@ -132,37 +131,39 @@ fn centres(
 ) -> Vec<Projection> {
     let words = codebook.words();
     let words = words.chunks_exact(length);
-    let mut centres: Vec<Projection> = words.map(|word| projector.project(word)).collect();
-    let mut members = vec![1; centres.len()];
+    let mut sums: Vec<[i64; BITS]> = words
+        .map(|word| projector.project(word).map(i64::from))
+        .collect();
+    let mut members = vec![1; sums.len()];
     let assigned = codebook.nearest(sample, 1);
     for (descriptor, word) in sample.chunks_exact(length).zip(assigned) {
         let projection = projector.project(descriptor);
         members[word as usize] += 1;
-        for (sum, value) in centres[word as usize].iter_mut().zip(projection) {
-            *sum += value;
+        for (sum, value) in sums[word as usize].iter_mut().zip(projection) {
+            *sum += i64::from(value);
         }
     }
-    for (centre, members) in centres.iter_mut().zip(members) {
-        for value in centre {
-            *value /= members;
-        }
-    }
-    centres
+    let means = sums.into_iter().zip(members);
+    means
+        .map(|(sums, members)| sums.map(|sum| (sum / members) as i32))
+        .collect()
 }
 
-/// About so many descriptors, evenly from all faces.
-fn sample(faces: &[ReferenceSet], length: usize, count: usize, total: usize) -> Vec<u8> {
-    let step = total.div_ceil(count).max(1);
+/// Enough descriptors to train the words with, evenly from all faces.
+fn sample(faces: &[ReferenceSet], length: usize, settings: &ProposalSettings) -> Vec<u8> {
+    let used = |face: &ReferenceSet| face.len().min(settings.first);
+    let total: usize = faces.iter().map(used).sum();
+    let step = total.div_ceil(SAMPLE.saturating_mul(settings.words)).max(1);
     let mut bytes = Vec::with_capacity(total.div_ceil(step) * length);
     let mut row = vec![0; length];
     let mut next = 0;
     for face in faces {
-        while next < face.len() {
+        while next < used(face) {
             face.blocks().copy_to(next, &mut row);
             bytes.extend_from_slice(&row);
             next += step;
         }
-        next -= face.len();
+        next -= used(face);
     }
     bytes
 }

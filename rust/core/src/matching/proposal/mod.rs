@@ -4,9 +4,14 @@
 mod codebook;
 mod inverted;
 mod signature;
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests;
 mod votes;
 
 pub use inverted::InvertedFile;
+
+use crate::InputError;
 
 /// How faces are proposed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,7 +20,7 @@ pub struct ProposalSettings {
     pub exhaustive: usize,
     /// Descriptors of each face that take part: the first, which are the most useful ones.
     pub first: usize,
-    /// Most faces that are proposed.
+    /// Most faces that are proposed; libraries of no more look at all.
     pub faces: usize,
     /// Words of the codebook.
     pub words: usize,
@@ -25,15 +30,38 @@ pub struct ProposalSettings {
     pub bits: u32,
 }
 
+impl ProposalSettings {
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// [`InputError::OutOfRange`] for no descriptors, faces, words or probes.
+    pub fn checked(self) -> Result<Self, InputError> {
+        let counts = [
+            ("first", self.first),
+            ("faces", self.faces),
+            ("words", self.words),
+            ("probes", self.probes),
+        ];
+        match counts.into_iter().find(|(_, count)| *count == 0) {
+            None => Ok(self),
+            Some((name, _)) => Err(InputError::OutOfRange {
+                name,
+                value: 0.0,
+                valid: "at least 1",
+            }),
+        }
+    }
+}
+
 impl Default for ProposalSettings {
     fn default() -> Self {
         Self {
-            exhaustive: 50_000,
+            exhaustive: 40_000,
             first: 1000,
             faces: 12,
             words: 4096,
             probes: 4,
-            bits: 20,
+            bits: 10,
         }
     }
 }
