@@ -1,20 +1,16 @@
 //! The alignment of one face in one frame.
 
-use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2};
+use nalgebra::{Matrix3, SMatrix};
 
-use super::displacement::{Displacement, measure};
-use super::motion::{Information, Observation, solve};
-use super::template::Template;
+use super::descent::{correlate, descend, farthest, render};
 use super::tiles::choose;
-use super::view::{Centred, PARAMETERS, View, apply};
+use super::view::{Centred, PARAMETERS, View};
 use super::{AlignmentConfig, AlignmentReference, AlignmentWorkspace};
 use crate::GrayImage;
 
 /// Times the reference is rendered by a better homography and aligned again: the first alignment
 /// starts at fractions of a pixel, where interpolating the frame blurs and shifts it a little.
 const RENDERINGS: usize = 2;
-/// Iterations end where no corner moves farther than this \[px\].
-const CONVERGED: f64 = 0.005;
 
 /// Where an alignment ended.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,10 +44,38 @@ pub fn align(
     config: &AlignmentConfig,
     workspace: &mut AlignmentWorkspace,
 ) -> Option<Alignment> {
-    pulp::Arch::new().dispatch(
-        #[inline(always)]
-        || align_here(reference, frame, start, config, workspace),
-    )
+    pulp::Arch::new().dispatch(Task {
+        reference,
+        frame,
+        start,
+        config,
+        workspace,
+    })
+}
+
+/// An alignment to be compiled for each instruction set. A closure would not do: its call is not
+/// inlined into the function that enables the instructions.
+struct Task<'a> {
+    reference: &'a AlignmentReference,
+    frame: &'a GrayImage<'a>,
+    start: &'a Matrix3<f64>,
+    config: &'a AlignmentConfig,
+    workspace: &'a mut AlignmentWorkspace,
+}
+
+impl pulp::NullaryFnOnce for Task<'_> {
+    type Output = Option<Alignment>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        align_here(
+            self.reference,
+            self.frame,
+            self.start,
+            self.config,
+            self.workspace,
+        )
+    }
 }
 
 #[inline(always)]
@@ -70,22 +94,25 @@ fn align_here(
         config.max_tiles,
         &mut workspace.tiles,
     );
+    let tiles = workspace.tiles.len();
+    workspace.correlations.resize(RENDERINGS * tiles, f64::NAN);
     let mut view = first.clone();
-    let mut scores = [0.0; RENDERINGS];
     let mut iterations = 0;
     let mut last = None;
-    for score in &mut scores {
+    for rendering in 0..RENDERINGS {
         render(&view, reference, workspace);
-        let round = descend(&view, &first, frame, config, workspace)?;
-        *score = round.score;
-        iterations += round.iterations;
-        view = View::new(reference, &(round.motion * view.homography))?;
-        last = Some(round);
+        let correlations = &mut workspace.correlations[rendering * tiles..][..tiles];
+        correlate(frame, &workspace.templates, correlations);
+        let descent = descend(&view, &first.outline, frame, config, workspace)?;
+        iterations += descent.iterations;
+        view = View::new(reference, &(descent.motion * view.homography))?;
+        last = Some(descent);
     }
     let last = last?;
-    let [score_before, score_after] = scores;
-    let farthest = farthest(&view.outline, &first.outline);
-    let accepted = score_after > score_before && farthest <= config.max_motion;
+    let (before, after) = workspace.correlations.split_at(tiles);
+    let [score_before, score_after] = scores(before, after)?;
+    let moved = farthest(&view.outline, &first.outline);
+    let accepted = score_after > score_before && moved <= config.max_motion;
     let homography = if accepted {
         view.homography
     } else {
@@ -102,118 +129,16 @@ fn align_here(
     })
 }
 
-/// A descent on one rendering.
-struct Round {
-    /// The homography of the frame.
-    motion: Matrix3<f64>,
-    /// Mean correlation where it started.
-    score: f64,
-    iterations: usize,
-    tiles: usize,
-    information: SMatrix<f64, PARAMETERS, PARAMETERS>,
-}
-
-#[inline(always)]
-fn render(view: &View, reference: &AlignmentReference, workspace: &mut AlignmentWorkspace) {
-    workspace.templates.clear();
-    for &tile in &workspace.tiles {
-        workspace
-            .templates
-            .extend(Template::render(tile, view, reference));
-    }
-}
-
-#[inline(always)]
-fn descend(
-    view: &View,
-    first: &View,
-    frame: &GrayImage,
-    config: &AlignmentConfig,
-    workspace: &mut AlignmentWorkspace,
-) -> Option<Round> {
-    let mut motion = Matrix3::identity();
-    let mut round = None;
-    let mut score = None;
-    for iteration in 1..=config.max_iterations {
-        let outline = view.outline.map(|corner| apply(&motion, corner));
-        let centred = Centred::about(&outline);
-        let correlation = observe(frame, &motion, &centred, config, workspace)?;
-        let tiles = workspace.observations.len();
-        if tiles < config.min_tiles {
-            return None;
-        }
-        let prior = prior(&outline, &first.outline, &centred, config.start_sigma);
-        let (step, information) =
-            solve(&mut workspace.observations, &prior, &mut workspace.squares)?;
-        let change = centred.homography(&step);
-        motion = change * motion;
-        let converged =
-            farthest(&outline.map(|corner| apply(&change, corner)), &outline) < CONVERGED;
-        round = Some(Round {
-            motion,
-            score: *score.get_or_insert(correlation),
-            iterations: iteration,
-            tiles,
-            information: information.matrix,
-        });
-        if converged {
-            break;
+/// Mean correlations of the tiles that both renderings have; `None` where there are none.
+fn scores(before: &[f64], after: &[f64]) -> Option<[f64; 2]> {
+    let (mut sums, mut count) = ([0.0; 2], 0);
+    for (a, b) in before.iter().zip(after) {
+        if a.is_finite() && b.is_finite() {
+            sums = [sums[0] + a.max(0.0), sums[1] + b.max(0.0)];
+            count += 1;
         }
     }
-    round
-}
-
-/// Fills the observations with the tiles that agree; returns the mean correlation of all tiles.
-#[inline(always)]
-fn observe(
-    frame: &GrayImage,
-    motion: &Matrix3<f64>,
-    centred: &Centred,
-    config: &AlignmentConfig,
-    workspace: &mut AlignmentWorkspace,
-) -> Option<f64> {
-    workspace.observations.clear();
-    let (mut sum, mut count) = (0.0, 0);
-    for template in &workspace.templates {
-        let Some(displacement) = measure(template, frame, motion) else {
-            continue;
-        };
-        sum += displacement.correlation.max(0.0);
-        count += 1;
-        if agrees(&displacement, config) {
-            let observation = Observation::new(&displacement, centred, config.displacement_floor);
-            workspace.observations.extend(observation);
-        }
-    }
-    (count > 0).then(|| sum / f64::from(count))
-}
-
-fn agrees(displacement: &Displacement, config: &AlignmentConfig) -> bool {
-    displacement.correlation >= config.min_correlation
-        && displacement.offset.norm() <= config.max_motion
-}
-
-/// The start as a measurement of the corners.
-fn prior(
-    outline: &[Vector2<f64>; 4],
-    start: &[Vector2<f64>; 4],
-    centred: &Centred,
-    sigma: f64,
-) -> Information {
-    let mut information = Information::none();
-    let each = Matrix2::identity() / sigma.powi(2);
-    for (now, before) in outline.iter().zip(start) {
-        information.add(&centred.jacobian(*now), &(before - now), &each);
-    }
-    information
-}
-
-/// Largest distance of corresponding corners \[px\].
-fn farthest(a: &[Vector2<f64>; 4], b: &[Vector2<f64>; 4]) -> f64 {
-    a.iter()
-        .zip(b)
-        .map(|(a, b)| (a - b).norm())
-        .fold(0.0, f64::max)
+    (count > 0).then(|| sums.map(|sum| sum / f64::from(count)))
 }
 
 /// Information of the parameters as that of the corners' positions.

@@ -116,7 +116,9 @@ mod tests {
                 );
                 let expected = 3.0 * u + 2.0 * v;
                 let error = f64::from(shrunk.pixels[y * 17 + x]) - expected;
-                assert!(error.abs() <= 0.51, "{error} at {x}, {y}");
+                // Rounding: 0.5. A pixel of which a share f is covered counts with its centre, (1 - f)/2
+                // off: at most 1/8 px over the 2.35 px and 2.7 px that are averaged, so 0.26.
+                assert!(error.abs() <= 0.76, "{error} at {x}, {y}");
             }
         }
     }

@@ -13,6 +13,7 @@
 mod align;
 mod area;
 mod config;
+mod descent;
 mod displacement;
 mod motion;
 mod reference;

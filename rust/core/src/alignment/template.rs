@@ -28,6 +28,8 @@ const LEAST_CONTRAST: f32 = 2.0;
 pub struct Template {
     /// Which pixels of the frame.
     pub tile: Tile,
+    /// Its number among the chosen tiles.
+    pub number: usize,
     /// One where the reference is, zero elsewhere.
     pub mask: [f32; PIXELS],
     /// Grey values, less their mean.
@@ -61,16 +63,26 @@ struct Footprint<'a> {
 impl Template {
     /// Renders a tile; `None` where it has too little texture to be worth a comparison.
     #[inline(always)]
-    pub fn render(tile: Tile, view: &View, reference: &AlignmentReference) -> Option<Self> {
+    pub fn render(
+        number: usize,
+        tile: Tile,
+        view: &View,
+        reference: &AlignmentReference,
+    ) -> Option<Self> {
         let footprint = Footprint::new(tile, view, reference);
         let (columns, rows) = footprint.positions();
         let bordered = footprint.sample(&columns, &rows);
         let mask = footprint.mask(&columns, &rows);
-        Self::new(tile, mask, &bordered)
+        Self::new(number, tile, mask, &bordered)
     }
 
     #[inline(always)]
-    fn new(tile: Tile, mask: [f32; PIXELS], bordered: &[f32; BORDERED_PIXELS]) -> Option<Self> {
+    fn new(
+        number: usize,
+        tile: Tile,
+        mask: [f32; PIXELS],
+        bordered: &[f32; BORDERED_PIXELS],
+    ) -> Option<Self> {
         let count: f32 = mask.iter().sum();
         if count < FEWEST_PIXELS {
             return None;
@@ -110,6 +122,7 @@ impl Template {
         let regularised = products + Matrix2::identity() * (1e-3 * products.trace() + 1e-3);
         Some(Self {
             tile,
+            number,
             mask,
             values,
             count,
@@ -125,15 +138,12 @@ impl<'a> Footprint<'a> {
     fn new(tile: Tile, view: &View, reference: &'a AlignmentReference) -> Self {
         let scale = Matrix2::from_diagonal(&Vector2::from(reference.scale()));
         let J = scale * view.reference_jacobian(tile.centre());
-        let svd = J.svd(true, true);
-        let (long, narrow) = (svd.singular_values[0], svd.singular_values[1]);
+        let (along, narrow) = axes(&J);
         let deepest = reference.levels().len() - 1;
         let index = (narrow.max(1e-9).log2().round().max(0.0) as usize).min(deepest);
         let shrink = 1.0 / (1u32 << index) as f64;
-        let samples = (long * shrink).round().clamp(1.0, MOST_SAMPLES);
-        let along = svd
-            .u
-            .map_or_else(Vector2::zeros, |u| u.column(0) * long * shrink / samples);
+        let samples = (along.norm() * shrink).round().clamp(1.0, MOST_SAMPLES);
+        let along = along * (shrink / samples);
         let level = &reference.levels()[index];
         let [sx, sy] = reference.scale().map(|s| s * shrink);
         let map = level_from_tile(view, tile, [sx, sy]);
@@ -204,6 +214,19 @@ impl<'a> Footprint<'a> {
         }
         mask
     }
+}
+
+/// The longer semi-axis of the ellipse that a linear map makes of the unit circle, and the length of
+/// the shorter one.
+fn axes(J: &Matrix2<f64>) -> (Vector2<f64>, f64) {
+    let product = J * J.transpose();
+    let mean = 0.5 * (product.m11 + product.m22);
+    let half_difference = 0.5 * (product.m11 - product.m22);
+    let radius = half_difference.hypot(product.m12);
+    let angle = 0.5 * product.m12.atan2(half_difference);
+    let long = (mean + radius).sqrt();
+    let narrow = J.determinant().abs() / long.max(f64::MIN_POSITIVE);
+    (Vector2::new(angle.cos(), angle.sin()) * long, narrow)
 }
 
 /// The homography from bordered tile pixels to a level's pixels, scaled to one at the first pixel.

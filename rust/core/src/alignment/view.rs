@@ -97,9 +97,19 @@ impl Centred {
         }
     }
 
+    /// Pixels of one unit.
+    pub fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    /// A pixel in these coordinates.
+    pub fn point(&self, pixel: Vector2<f64>) -> Vector2<f64> {
+        (pixel - self.centre) / self.scale
+    }
+
     /// How a pixel moves by the parameters at zero, 2×8.
     pub fn jacobian(&self, pixel: Vector2<f64>) -> SMatrix<f64, 2, PARAMETERS> {
-        let p = (pixel - self.centre) / self.scale;
+        let p = self.point(pixel);
         let (x, y) = (p.x, p.y);
         #[rustfmt::skip]
         let rows = [

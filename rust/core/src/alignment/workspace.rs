@@ -11,6 +11,7 @@ pub struct AlignmentWorkspace {
     pub(super) templates: Vec<Template>,
     pub(super) observations: Vec<Observation>,
     pub(super) squares: Vec<f64>,
+    pub(super) correlations: Vec<f64>,
 }
 
 impl AlignmentWorkspace {
