@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2, Matrix3, Vector2};
 
-use super::template::Template;
+use super::template::{Template, dot};
 use super::tiles::{PIXELS, SIDE};
 use super::view::{apply, jacobian};
 use crate::GrayImage;
@@ -83,32 +83,35 @@ pub fn measure(
 fn sums(template: &Template, frame: &GrayImage, displacement: Vector2<f64>) -> Option<Sums> {
     let (x, fx) = place(template.tile.x, displacement.x, frame.width())?;
     let (y, fy) = place(template.tile.y, displacement.y, frame.height())?;
-    let mut lanes = [[0.0f32; SIDE]; 5];
+    let values = displaced(frame, [x, y], [fx, fy]);
+    let mut inside = [0.0; PIXELS];
+    for i in 0..PIXELS {
+        inside[i] = values[i] * template.mask[i];
+    }
+    Some(Sums {
+        value: dot(&values, &template.mask),
+        squared: dot(&values, &inside),
+        by_template: dot(&values, &template.values),
+        by_gradient: [
+            dot(&values, &template.gradients[0]),
+            dot(&values, &template.gradients[1]),
+        ],
+    })
+}
+
+/// The frame between pixels, about mid grey so that squares stay small.
+#[inline(always)]
+fn displaced(frame: &GrayImage, [x, y]: [usize; 2], [fx, fy]: [f32; 2]) -> [f32; PIXELS] {
+    let mut values = [0.0; PIXELS];
     let mut above = horizontal(frame, x, y, fx);
-    for row in 0..SIDE {
+    for (row, values) in values.as_chunks_mut::<SIDE>().0.iter_mut().enumerate() {
         let below = horizontal(frame, x, y + row + 1, fx);
-        let first = row * SIDE;
-        let mask = lane(&template.mask, first);
-        let values = lane(&template.values, first);
-        let [gx, gy] = [0, 1].map(|axis| lane(&template.gradients[axis], first));
         for i in 0..SIDE {
-            let value = above[i] + fy * (below[i] - above[i]);
-            let inside = value * mask[i];
-            lanes[0][i] += inside;
-            lanes[1][i] += inside * value;
-            lanes[2][i] += values[i] * value;
-            lanes[3][i] += gx[i] * value;
-            lanes[4][i] += gy[i] * value;
+            values[i] = above[i] + fy * (below[i] - above[i]);
         }
         above = below;
     }
-    let [value, squared, by_template, gx, gy] = lanes.map(|lane| lane.iter().sum());
-    Some(Sums {
-        value,
-        squared,
-        by_template,
-        by_gradient: [gx, gy],
-    })
+    values
 }
 
 /// First pixel and fraction of a displaced tile; `None` unless all of it is in the frame.
@@ -120,7 +123,7 @@ fn place(first: usize, displacement: f64, length: usize) -> Option<(usize, f32)>
     fits.then_some((whole as usize, (position - whole) as f32))
 }
 
-/// One row of the frame between columns, about mid grey so that squares stay small.
+/// One row of the frame between columns, less mid grey.
 #[inline(always)]
 fn horizontal(frame: &GrayImage, x: usize, y: usize, fraction: f32) -> [f32; SIDE] {
     let row = &frame.row(y)[x..x + SIDE + 1];
@@ -130,11 +133,4 @@ fn horizontal(frame: &GrayImage, x: usize, y: usize, fraction: f32) -> [f32; SID
         values[i] = left + fraction * (right - left) - 128.0;
     }
     values
-}
-
-#[inline(always)]
-fn lane(values: &[f32; PIXELS], first: usize) -> [f32; SIDE] {
-    let mut lane = [0.0; SIDE];
-    lane.copy_from_slice(&values[first..first + SIDE]);
-    lane
 }

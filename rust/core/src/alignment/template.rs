@@ -13,7 +13,10 @@ use super::view::View;
 
 /// Side of a tile with the border that its gradients need.
 const BORDERED: usize = SIDE + 2;
-const BORDERED_PIXELS: usize = BORDERED * BORDERED;
+/// Pixels of a bordered tile, with four to spare so that vectors of eight fill it.
+const BORDERED_PIXELS: usize = (BORDERED * BORDERED).next_multiple_of(8);
+/// Column and row of each pixel of a bordered tile.
+const GRID: [[f32; BORDERED_PIXELS]; 2] = grid();
 /// Samples along a footprint, at most.
 const MOST_SAMPLES: f64 = 8.0;
 /// A pixel counts if the reference covers it and its neighbours: half of three pixels.
@@ -96,26 +99,14 @@ impl Template {
         if energy < LEAST_CONTRAST * LEAST_CONTRAST * count {
             return None;
         }
-        let raw = [1, BORDERED].map(|step| {
-            let (after, before) = (
-                inner(bordered, step as isize),
-                inner(bordered, -(step as isize)),
-            );
-            let mut gradient = [0.0; PIXELS];
-            for i in 0..PIXELS {
-                gradient[i] = 0.5 * (after[i] - before[i]) * mask[i];
-            }
-            gradient
-        });
-        let gradients = raw.map(|gradient| {
-            let bias = dot(&gradient, &mask) / count;
-            let gain = dot(&gradient, &values) / energy;
-            let mut rest = [0.0; PIXELS];
-            for i in 0..PIXELS {
-                rest[i] = gradient[i] - bias * mask[i] - gain * values[i];
-            }
-            rest
-        });
+        let raw = [
+            difference(bordered, 1, &mask),
+            difference(bordered, BORDERED as isize, &mask),
+        ];
+        let gradients = [
+            unexplained(&raw[0], &mask, &values, [count, energy]),
+            unexplained(&raw[1], &mask, &values, [count, energy]),
+        ];
         let product = |a: usize, b: usize| f64::from(dot(&gradients[a], &gradients[b]));
         let products = Matrix2::new(product(0, 0), product(0, 1), product(1, 0), product(1, 1));
         // One direction without texture says nothing there: its information is nearly zero.
@@ -165,14 +156,11 @@ impl<'a> Footprint<'a> {
     fn positions(&self) -> ([f32; BORDERED_PIXELS], [f32; BORDERED_PIXELS]) {
         let (mut columns, mut rows) = ([0.0; BORDERED_PIXELS], [0.0; BORDERED_PIXELS]);
         let m = &self.map;
-        for v in 0..BORDERED {
-            let y = v as f32;
-            for u in 0..BORDERED {
-                let x = u as f32;
-                let w = 1.0 / (m[6] * x + m[7] * y + m[8]);
-                columns[v * BORDERED + u] = (m[0] * x + m[1] * y + m[2]) * w;
-                rows[v * BORDERED + u] = (m[3] * x + m[4] * y + m[5]) * w;
-            }
+        for i in 0..BORDERED_PIXELS {
+            let (x, y) = (GRID[0][i], GRID[1][i]);
+            let w = 1.0 / (m[6] * x + m[7] * y + m[8]);
+            columns[i] = (m[0] * x + m[1] * y + m[2]) * w;
+            rows[i] = (m[3] * x + m[4] * y + m[5]) * w;
         }
         (columns, rows)
     }
@@ -187,13 +175,14 @@ impl<'a> Footprint<'a> {
         let mut sums = [0.0; BORDERED_PIXELS];
         for sample in 0..self.samples {
             let offset = sample as f32 - 0.5 * (self.samples as f32 - 1.0);
-            let (dx, dy) = (offset * self.step[0], offset * self.step[1]);
-            for i in 0..BORDERED_PIXELS {
-                sums[i] += bilinear(self.level, columns[i] + dx, rows[i] + dy);
-            }
+            let moved = [offset * self.step[0], offset * self.step[1]];
+            add_samples(self.level, columns, rows, moved, &mut sums);
         }
         let share = 1.0 / self.samples as f32;
-        sums.map(|sum| sum * share)
+        for sum in &mut sums {
+            *sum *= share;
+        }
+        sums
     }
 
     /// One for the tile's pixels whose footprint and neighbours lie within the reference.
@@ -223,10 +212,22 @@ fn axes(J: &Matrix2<f64>) -> (Vector2<f64>, f64) {
     let mean = 0.5 * (product.m11 + product.m22);
     let half_difference = 0.5 * (product.m11 - product.m22);
     let radius = half_difference.hypot(product.m12);
-    let angle = 0.5 * product.m12.atan2(half_difference);
+    // Two multiples of the eigenvector; one of them vanishes where it lies along an axis.
+    let (along_x, along_y) = (
+        Vector2::new(radius + half_difference, product.m12),
+        Vector2::new(product.m12, radius - half_difference),
+    );
+    let direction = if half_difference >= 0.0 {
+        along_x
+    } else {
+        along_y
+    };
     let long = (mean + radius).sqrt();
     let narrow = J.determinant().abs() / long.max(f64::MIN_POSITIVE);
-    (Vector2::new(angle.cos(), angle.sin()) * long, narrow)
+    (
+        direction * (long / direction.norm().max(f64::MIN_POSITIVE)),
+        narrow,
+    )
 }
 
 /// The homography from bordered tile pixels to a level's pixels, scaled to one at the first pixel.
@@ -245,23 +246,63 @@ fn level_from_tile(view: &View, tile: Tile, [sx, sy]: [f64; 2]) -> [f32; 9] {
     [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|i| m[(i / 3, i % 3)] as f32)
 }
 
-/// The level between four pixels; beyond its border the border continues.
+/// Adds the level between four pixels each, at positions moved alike; beyond its border the border
+/// continues.
 #[inline(always)]
-fn bilinear(level: &Level, x: f32, y: f32) -> f32 {
-    // NaN becomes zero by `max`.
-    let x = x.max(0.0).min((level.width - 1) as f32 - 1e-3);
-    let y = y.max(0.0).min((level.height - 1) as f32 - 1e-3);
-    let (column, row) = (x as usize, y as usize);
-    let (fx, fy) = (x - column as f32, y - row as f32);
-    let first = row * level.width + column;
-    let above = &level.pixels[first..first + 2];
-    let below = &level.pixels[first + level.width..first + level.width + 2];
-    let blend = |pair: &[u8]| {
-        let (a, b) = (f32::from(pair[0]), f32::from(pair[1]));
-        a + fx * (b - a)
-    };
-    let (upper, lower) = (blend(above), blend(below));
-    upper + fy * (lower - upper)
+fn add_samples(
+    level: &Level,
+    columns: &[f32; BORDERED_PIXELS],
+    rows: &[f32; BORDERED_PIXELS],
+    moved: [f32; 2],
+    sums: &mut [f32; BORDERED_PIXELS],
+) {
+    let last = [level.width - 1, level.height - 1].map(|last| last as f32 - 1e-3);
+    let width = level.width as i32;
+    let (mut fx, mut fy) = ([0.0; BORDERED_PIXELS], [0.0; BORDERED_PIXELS]);
+    let mut first = [0i32; BORDERED_PIXELS];
+    for i in 0..BORDERED_PIXELS {
+        // NaN becomes zero by `max`.
+        let x = (columns[i] + moved[0]).max(0.0).min(last[0]);
+        let y = (rows[i] + moved[1]).max(0.0).min(last[1]);
+        let (column, row) = (x as i32, y as i32);
+        fx[i] = x - column as f32;
+        fy[i] = y - row as f32;
+        first[i] = row * width + column;
+    }
+    let (mut above, mut below) = ([0u16; BORDERED_PIXELS], [0u16; BORDERED_PIXELS]);
+    for i in 0..BORDERED_PIXELS {
+        above[i] = pair(&level.pixels, first[i] as usize);
+        below[i] = pair(&level.pixels, first[i] as usize + level.width);
+    }
+    for i in 0..BORDERED_PIXELS {
+        let upper = blend(above[i], fx[i]);
+        let lower = blend(below[i], fx[i]);
+        sums[i] += upper + fy[i] * (lower - upper);
+    }
+}
+
+/// Two neighbouring pixels, the left one in the low byte.
+#[inline(always)]
+fn pair(pixels: &[u8], first: usize) -> u16 {
+    let pair = &pixels[first..first + 2];
+    u16::from_le_bytes([pair[0], pair[1]])
+}
+
+#[inline(always)]
+fn blend(pair: u16, fraction: f32) -> f32 {
+    let (left, right) = (f32::from(pair & 0xff), f32::from(pair >> 8));
+    left + fraction * (right - left)
+}
+
+const fn grid() -> [[f32; BORDERED_PIXELS]; 2] {
+    let mut grid = [[0.0; BORDERED_PIXELS]; 2];
+    let mut i = 0;
+    while i < BORDERED_PIXELS {
+        grid[0][i] = (i % BORDERED) as f32;
+        grid[1][i] = (i / BORDERED) as f32;
+        i += 1;
+    }
+    grid
 }
 
 /// The tile's own pixels of a bordered tile, moved by a number of pixels.
@@ -276,31 +317,67 @@ fn inner(bordered: &[f32; BORDERED_PIXELS], moved: isize) -> [f32; PIXELS] {
     values
 }
 
+/// Half the difference of the pixels after and before, where the mask is one.
+#[inline(always)]
+fn difference(
+    bordered: &[f32; BORDERED_PIXELS],
+    step: isize,
+    mask: &[f32; PIXELS],
+) -> [f32; PIXELS] {
+    let (after, before) = (inner(bordered, step), inner(bordered, -step));
+    let mut gradient = [0.0; PIXELS];
+    for i in 0..PIXELS {
+        gradient[i] = 0.5 * (after[i] - before[i]) * mask[i];
+    }
+    gradient
+}
+
+/// A gradient less its projections on the mask (a bias) and on the values (a gain), which are
+/// orthogonal and have these squared norms.
+#[inline(always)]
+fn unexplained(
+    gradient: &[f32; PIXELS],
+    mask: &[f32; PIXELS],
+    values: &[f32; PIXELS],
+    [count, energy]: [f32; 2],
+) -> [f32; PIXELS] {
+    let bias = dot(gradient, mask) / count;
+    let gain = dot(gradient, values) / energy;
+    let mut rest = [0.0; PIXELS];
+    for i in 0..PIXELS {
+        rest[i] = gradient[i] - bias * mask[i] - gain * values[i];
+    }
+    rest
+}
+
 /// Sum of products.
 #[inline(always)]
-fn dot(a: &[f32; PIXELS], b: &[f32; PIXELS]) -> f32 {
+pub fn dot(a: &[f32; PIXELS], b: &[f32; PIXELS]) -> f32 {
     let mut sums = [0.0; SIDE];
-    for (a, b) in a.chunks_exact(SIDE).zip(b.chunks_exact(SIDE)) {
+    for (a, b) in a.as_chunks::<SIDE>().0.iter().zip(b.as_chunks::<SIDE>().0) {
         for i in 0..SIDE {
             sums[i] += a[i] * b[i];
         }
     }
-    sums.iter().sum()
+    let halves = [0, 1, 2, 3].map(|i| sums[i] + sums[i + 4]);
+    (halves[0] + halves[2]) + (halves[1] + halves[3])
 }
 
 /// Σ rest · (raw gradient · motion · offset from the centre), by the entries of the motion.
 #[inline(always)]
 fn linear_terms(raw: &[[f32; PIXELS]; 2], rest: &[[f32; PIXELS]; 2]) -> [Vector2<f64>; 4] {
     let half = (SIDE as f32 - 1.0) / 2.0;
-    [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(along, by)| {
-        let mut moved = raw[along];
-        for (i, value) in moved.iter_mut().enumerate() {
-            let offset = if by == 0 { i % SIDE } else { i / SIDE };
-            *value *= offset as f32 - half;
+    let mut terms = [Vector2::zeros(); 4];
+    for (along, gradient) in raw.iter().enumerate() {
+        let (mut across, mut down) = ([0.0; PIXELS], [0.0; PIXELS]);
+        for i in 0..PIXELS {
+            across[i] = gradient[i] * ((i % SIDE) as f32 - half);
+            down[i] = gradient[i] * ((i / SIDE) as f32 - half);
         }
-        Vector2::new(
-            f64::from(dot(&rest[0], &moved)),
-            f64::from(dot(&rest[1], &moved)),
-        )
-    })
+        for (by, moved) in [across, down].iter().enumerate() {
+            let sums = [dot(&rest[0], moved), dot(&rest[1], moved)];
+            terms[2 * along + by] = Vector2::new(f64::from(sums[0]), f64::from(sums[1]));
+        }
+    }
+    terms
 }
