@@ -18,7 +18,8 @@ pub struct Alignment {
     /// From reference edge coordinates to undistorted pixels, scaled to H\[2, 2\] = 1: refined if
     /// `accepted`, the start otherwise.
     pub homography: Matrix3<f64>,
-    /// Mean correlation (-1 … 1) of the tiles with the frame at the start.
+    /// Mean correlation (-1 … 1) with the frame at the start, over the tiles that agree with the
+    /// reference at the start or at the end.
     pub score_before: f64,
     /// The same at the refined homography.
     pub score_after: f64,
@@ -110,7 +111,7 @@ fn align_here(
     }
     let last = last?;
     let (before, after) = workspace.correlations.split_at(tiles);
-    let [score_before, score_after] = scores(before, after)?;
+    let [score_before, score_after] = scores(before, after, config.min_correlation)?;
     let moved = farthest(&view.outline, &first.outline);
     let accepted = score_after > score_before && moved <= config.max_motion;
     let homography = if accepted {
@@ -129,12 +130,14 @@ fn align_here(
     })
 }
 
-/// Mean correlations of the tiles that both renderings have; `None` where there are none.
-fn scores(before: &[f64], after: &[f64]) -> Option<[f64; 2]> {
+/// Mean correlations of the tiles that both renderings have and at least one of them agrees with: a
+/// hidden tile agrees with neither, and its correlations are chance. `None` where there are none.
+fn scores(before: &[f64], after: &[f64], min_correlation: f64) -> Option<[f64; 2]> {
     let (mut sums, mut count) = ([0.0; 2], 0);
     for (a, b) in before.iter().zip(after) {
-        if a.is_finite() && b.is_finite() {
-            sums = [sums[0] + a.max(0.0), sums[1] + b.max(0.0)];
+        // Comparisons with NaN are false.
+        if a.is_finite() && b.is_finite() && (*a >= min_correlation || *b >= min_correlation) {
+            sums = [sums[0] + a, sums[1] + b];
             count += 1;
         }
     }

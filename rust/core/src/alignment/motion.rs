@@ -5,8 +5,6 @@ use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 use super::view::{Centred, PARAMETERS};
 use crate::robust::{self, median};
 
-/// Rounds of iteratively reweighted least squares an iteration.
-const REWEIGHTINGS: usize = 2;
 /// The median of the squared norm of a whitened 2-vector: 2·ln 2.
 const MEDIAN_SQUARED: f64 = 1.386;
 
@@ -128,7 +126,8 @@ pub fn certain(observations: impl Iterator<Item = Observation>) -> Information {
     information
 }
 
-/// The parameters that most observations agree with, under Cauchy's loss at their own scale.
+/// The parameters that most observations agree with, at their own scale: from least squares over
+/// Cauchy's weights to Tukey's, which leave what is far off out.
 /// `prior` is what is known without them. `squares` is scratch. Returns the parameters and the
 /// information of all; `None` where they are undetermined.
 #[inline(always)]
@@ -139,18 +138,26 @@ pub fn solve(
 ) -> Option<(SVector<f64, PARAMETERS>, Information)> {
     let mut information = weighted(observations, prior);
     let mut parameters = information.solve()?;
-    for _ in 0..REWEIGHTINGS {
+    for weight in [cauchy_weight, biweight] {
         squares.clear();
         squares.extend(observations.iter().map(|o| o.squared_residual(&parameters)));
         let scale = (median(squares)? / MEDIAN_SQUARED).max(1.0);
         for observation in observations.iter_mut() {
             let squared = observation.squared_residual(&parameters) / scale;
-            observation.weight = robust::cauchy(squared).1 / scale;
+            observation.weight = weight(squared) / scale;
         }
         information = weighted(observations, prior);
         parameters = information.solve()?;
     }
     Some((parameters, information))
+}
+
+fn cauchy_weight(squared: f64) -> f64 {
+    robust::cauchy(squared).1
+}
+
+fn biweight(squared: f64) -> f64 {
+    robust::tukey_weight(squared.sqrt())
 }
 
 #[inline(always)]
