@@ -130,18 +130,23 @@ fn align_here(
     })
 }
 
-/// Mean correlations of the tiles that both renderings have and at least one of them agrees with: a
+/// Mean correlations, by Fisher's transformation, of the tiles that both renderings have and at least one of them agrees with: a
 /// hidden tile agrees with neither, and its correlations are chance. `None` where there are none.
 fn scores(before: &[f64], after: &[f64], min_correlation: f64) -> Option<[f64; 2]> {
     let (mut sums, mut count) = ([0.0; 2], 0);
     for (a, b) in before.iter().zip(after) {
         // Comparisons with NaN are false.
         if a.is_finite() && b.is_finite() && (*a >= min_correlation || *b >= min_correlation) {
-            sums = [sums[0] + a, sums[1] + b];
+            sums = [sums[0] + fisher(*a), sums[1] + fisher(*b)];
             count += 1;
         }
     }
-    (count > 0).then(|| sums.map(|sum| sum / f64::from(count)))
+    (count > 0).then(|| sums.map(|sum| (sum / f64::from(count)).tanh()))
+}
+
+/// Fisher's transformation, which makes the variance of correlations equal (Biometrika 1915).
+fn fisher(correlation: f64) -> f64 {
+    correlation.clamp(-0.9999, 0.9999).atanh()
 }
 
 /// Information of the parameters as that of the corners' positions.
