@@ -6,8 +6,8 @@ use planegrasp_core::alignment::{self as core, AlignmentConfig, AlignmentWorkspa
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::{gray_image, matrix3, to_numpy};
-use crate::errors::{from_input_error, invalid_input};
+use crate::arrays::{count, gray_image, matrix3, to_numpy};
+use crate::errors::from_input_error;
 
 /// Checked settings of `AlignmentReference.align`; see `planegrasp.alignment.AlignmentConfig`.
 #[pyclass(frozen, module = "planegrasp._core")]
@@ -146,8 +146,4 @@ impl Alignment {
     fn information<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         to_numpy(py, &self.core.information)
     }
-}
-
-fn count(name: &str, value: i64) -> PyResult<usize> {
-    usize::try_from(value).map_err(|_| invalid_input(format!("{name} must be ≥ 0, got {value}")))
 }

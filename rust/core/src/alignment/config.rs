@@ -29,7 +29,7 @@ impl Default for AlignmentConfig {
             min_tiles: 8,
             min_correlation: 0.5,
             max_motion: 20.0,
-            start_sigma: 3.0,
+            start_sigma: 2.0,
             displacement_floor: 0.03,
             max_iterations: 10,
         }

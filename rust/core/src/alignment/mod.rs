@@ -18,6 +18,9 @@ mod displacement;
 mod motion;
 mod reference;
 mod template;
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests;
 mod tiles;
 mod view;
 mod workspace;
