@@ -15,6 +15,7 @@ mod area;
 mod config;
 mod descent;
 mod displacement;
+mod footprint;
 mod motion;
 mod reference;
 mod template;
