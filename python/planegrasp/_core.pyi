@@ -13,6 +13,59 @@ from numpy.typing import NDArray
 __version__: str
 
 @final
+class AlignmentSettings:
+    """Checked settings of alignment, as in `planegrasp.alignment.AlignmentConfig`."""
+
+    def __new__(
+        cls,
+        *,
+        max_tiles: int,
+        min_tiles: int,
+        min_correlation: float,
+        max_motion: float,
+        start_sigma: float,
+        displacement_floor: float,
+        max_iterations: int,
+    ) -> AlignmentSettings: ...
+    @staticmethod
+    def defaults() -> dict[str, float]: ...
+
+@final
+class AlignmentReference:
+    """A reference image (H×W uint8, at least 8 px a side) prepared for alignment."""
+
+    def __new__(cls, gray: NDArray[np.uint8]) -> AlignmentReference: ...
+    @property
+    def bytes(self) -> int: ...
+    def align(
+        self, frame: NDArray[np.uint8], start: NDArray[np.float64], settings: AlignmentSettings
+    ) -> Alignment | None:
+        """Refine a homography (3×3, reference edges to pixels) on an undistorted H×W frame.
+
+        Returns:
+            None where the start shows no front of the reference, or too little of its texture.
+        """
+
+@final
+class Alignment:
+    """Where an alignment ended, as in `planegrasp.alignment.Alignment`."""
+
+    @property
+    def homography(self) -> NDArray[np.float64]: ...
+    @property
+    def score_before(self) -> float: ...
+    @property
+    def score_after(self) -> float: ...
+    @property
+    def accepted(self) -> bool: ...
+    @property
+    def iterations(self) -> int: ...
+    @property
+    def tiles(self) -> int: ...
+    @property
+    def information(self) -> NDArray[np.float64]: ...
+
+@final
 class Camera:
     """Intrinsics [px]; `distortion` is (k1, k2, p1, p2, k3)."""
 

@@ -16,6 +16,7 @@
 // Units stand in brackets, [m], and are no links.
 #![allow(rustdoc::broken_intra_doc_links)]
 
+pub mod alignment;
 pub mod budget;
 pub mod camera;
 pub mod candidates;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Matrix4, SMatrix, Vector2};
 use numpy::ndarray::Array2;
-use numpy::{PyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use numpy::{Element, PyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use planegrasp_core::{Camera, DepthImage, GrayImage, rigid};
 use pyo3::prelude::*;
 
@@ -67,9 +67,7 @@ pub fn depth_image<'a>(
             )));
         }
     };
-    let values = array
-        .as_slice()
-        .map_err(|_| invalid_input("depth must be C-contiguous"))?;
+    let values = row_by_row(array, "depth")?;
     DepthImage::new(size, values, camera).map_err(from_input_error)
 }
 
@@ -86,10 +84,19 @@ pub fn gray_image<'a>(
             )));
         }
     };
-    let pixels = array
-        .as_slice()
-        .map_err(|_| invalid_input(format!("{name} must be C-contiguous")))?;
+    let pixels = row_by_row(array, name)?;
     GrayImage::new(width, height, pixels).map_err(from_input_error)
+}
+
+/// The values of an array in C order, which it must have: `as_slice` alone takes either order.
+fn row_by_row<'a, T: Element>(
+    array: &'a PyReadonlyArrayDyn<'_, T>,
+    name: &str,
+) -> PyResult<&'a [T]> {
+    if !array.is_c_contiguous() {
+        return Err(invalid_input(format!("{name} must be C-contiguous")));
+    }
+    Ok(array.as_slice()?)
 }
 
 /// An array of N rows of M numbers, whatever its shape beyond the first axis.

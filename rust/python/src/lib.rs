@@ -7,6 +7,7 @@
 // Transforms are named by their two frames, T_camera_object, in code and documents alike.
 #![allow(non_snake_case)]
 
+mod alignment;
 mod arrays;
 mod camera;
 mod coverage;
@@ -29,6 +30,9 @@ use pyo3::prelude::*;
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<alignment::AlignmentReference>()?;
+    module.add_class::<alignment::AlignmentSettings>()?;
+    module.add_class::<alignment::Alignment>()?;
     module.add_class::<camera::Camera>()?;
     module.add_class::<face::Face>()?;
     module.add_class::<estimate::Estimate>()?;

@@ -1,0 +1,166 @@
+//! The alignment of one face in one frame.
+
+use nalgebra::{Matrix3, SMatrix};
+
+use super::descent::{correlate, descend, farthest, render};
+use super::tiles::choose;
+use super::view::{Centred, PARAMETERS, View};
+use super::{AlignmentConfig, AlignmentReference, AlignmentWorkspace};
+use crate::GrayImage;
+
+/// Times the reference is rendered by a better homography and aligned again: the first alignment
+/// starts at fractions of a pixel, where interpolating the frame blurs and shifts it a little.
+const RENDERINGS: usize = 2;
+
+/// Where an alignment ended.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Alignment {
+    /// From reference edge coordinates to undistorted pixels, scaled to H\[2, 2\] = 1: refined if
+    /// `accepted`, the start otherwise.
+    pub homography: Matrix3<f64>,
+    /// Mean correlation (-1 … 1) with the frame at the start, over the tiles that agree with the
+    /// reference at the start or at the end.
+    pub score_before: f64,
+    /// The same at the refined homography.
+    pub score_after: f64,
+    /// Whether the refined homography is better and within the allowed motion.
+    pub accepted: bool,
+    /// Iterations in all.
+    pub iterations: usize,
+    /// Number of tiles that agreed with the reference at the end.
+    pub tiles: usize,
+    /// Information (8×8) of the positions (x, y) \[px\] of the face's corners, top-left, then
+    /// clockwise, at the refined homography.
+    pub information: SMatrix<f64, PARAMETERS, PARAMETERS>,
+}
+
+/// Refines a homography (reference edge coordinates to undistorted pixels) on the grey values.
+///
+/// `frame` is undistorted. `None` where the start shows no front of the reference, or too few
+/// textured tiles of it in the frame.
+pub fn align(
+    reference: &AlignmentReference,
+    frame: &GrayImage,
+    start: &Matrix3<f64>,
+    config: &AlignmentConfig,
+    workspace: &mut AlignmentWorkspace,
+) -> Option<Alignment> {
+    pulp::Arch::new().dispatch(Task {
+        reference,
+        frame,
+        start,
+        config,
+        workspace,
+    })
+}
+
+/// An alignment to be compiled for each instruction set. A closure would not do: its call is not
+/// inlined into the function that enables the instructions.
+struct Task<'a> {
+    reference: &'a AlignmentReference,
+    frame: &'a GrayImage<'a>,
+    start: &'a Matrix3<f64>,
+    config: &'a AlignmentConfig,
+    workspace: &'a mut AlignmentWorkspace,
+}
+
+impl pulp::NullaryFnOnce for Task<'_> {
+    type Output = Option<Alignment>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        align_here(
+            self.reference,
+            self.frame,
+            self.start,
+            self.config,
+            self.workspace,
+        )
+    }
+}
+
+#[inline(always)]
+fn align_here(
+    reference: &AlignmentReference,
+    frame: &GrayImage,
+    start: &Matrix3<f64>,
+    config: &AlignmentConfig,
+    workspace: &mut AlignmentWorkspace,
+) -> Option<Alignment> {
+    let first = View::new(reference, start)?;
+    choose(
+        &first,
+        reference,
+        frame,
+        config.max_tiles,
+        &mut workspace.tiles,
+    );
+    let tiles = workspace.tiles.len();
+    workspace.correlations.resize(RENDERINGS * tiles, f64::NAN);
+    let mut view = first.clone();
+    let mut iterations = 0;
+    let mut last = None;
+    for rendering in 0..RENDERINGS {
+        render(&view, reference, workspace);
+        let correlations = &mut workspace.correlations[rendering * tiles..][..tiles];
+        correlate(frame, &workspace.templates, correlations);
+        let descent = descend(&view, &first.outline, frame, config, workspace)?;
+        iterations += descent.iterations;
+        view = View::new(reference, &(descent.motion * view.homography))?;
+        last = Some(descent);
+    }
+    let last = last?;
+    let (before, after) = workspace.correlations.split_at(tiles);
+    let [score_before, score_after] = scores(before, after, config.min_correlation)?;
+    let moved = farthest(&view.outline, &first.outline);
+    let accepted = score_after > score_before && moved <= config.max_motion;
+    let homography = if accepted {
+        view.homography
+    } else {
+        first.homography
+    };
+    Some(Alignment {
+        homography: homography / homography[(2, 2)],
+        score_before,
+        score_after,
+        accepted,
+        iterations,
+        tiles: last.tiles,
+        information: of_corners(&last.information, &view)?,
+    })
+}
+
+/// Mean correlations, by Fisher's transformation, of the tiles that both renderings have and at least one of them agrees with: a
+/// hidden tile agrees with neither, and its correlations are chance. `None` where there are none.
+fn scores(before: &[f64], after: &[f64], min_correlation: f64) -> Option<[f64; 2]> {
+    let (mut sums, mut count) = ([0.0; 2], 0);
+    for (a, b) in before.iter().zip(after) {
+        // Comparisons with NaN are false.
+        if a.is_finite() && b.is_finite() && (*a >= min_correlation || *b >= min_correlation) {
+            sums = [sums[0] + fisher(*a), sums[1] + fisher(*b)];
+            count += 1;
+        }
+    }
+    (count > 0).then(|| sums.map(|sum| (sum / f64::from(count)).tanh()))
+}
+
+/// Fisher's transformation, which makes the variance of correlations equal (Biometrika 1915).
+fn fisher(correlation: f64) -> f64 {
+    correlation.clamp(-0.9999, 0.9999).atanh()
+}
+
+/// Information of the parameters as that of the corners' positions.
+fn of_corners(
+    information: &SMatrix<f64, PARAMETERS, PARAMETERS>,
+    view: &View,
+) -> Option<SMatrix<f64, PARAMETERS, PARAMETERS>> {
+    let centred = Centred::about(&view.outline);
+    let mut corners = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
+    for (i, corner) in view.outline.iter().enumerate() {
+        corners
+            .fixed_view_mut::<2, PARAMETERS>(2 * i, 0)
+            .copy_from(&centred.jacobian(*corner));
+    }
+    let inverse = corners.try_inverse()?;
+    Some(inverse.transpose() * information * inverse)
+}
