@@ -12,8 +12,9 @@ use super::support::supported;
 use crate::Camera;
 use crate::homography::{PointMatch, Prior, RansacConfig, estimate, refine as refine_on};
 
-/// Rounds of collecting the matches that agree and fitting to them.
-const REFINEMENTS: usize = 2;
+/// Rounds of collecting the matches that agree and fitting to them: how far a match may be off, over
+/// the threshold. A rough start is right near the matches that it comes from only.
+const ROUNDS: [f64; 4] = [2.0, 1.5, 1.0, 1.0];
 /// Scale of the loss in refinement over the threshold: most inliers are far better than the worst.
 const LOSS_SCALE: f64 = 0.1;
 
@@ -93,13 +94,18 @@ pub fn refine(
         rigidity: rigidity(face, camera)?,
         sigma: settings.aspect_sigma,
     };
+    let better = |estimate: HomographyEstimate| {
+        rigid_views(&estimate.matrix, &estimate.inliers, face, camera)
+            .iter()
+            .filter_map(|view| refined(view, evidence, Some(&prior), settings))
+            .chain([estimate])
+            .max_by(|a, b| score(a, settings).total_cmp(&score(b, settings)))
+    };
     let free = refined(start, evidence, None, settings)?;
-    rigid_views(&free.matrix, &free.inliers, face, camera)
-        .iter()
-        .filter_map(|view| refined(view, evidence, Some(&prior), settings))
-        .chain(refined(&free.matrix, evidence, Some(&prior), settings))
-        .max_by(|a, b| score(a, settings).total_cmp(&score(b, settings)))
-        .or(Some(free))
+    // The view across of a first result, which may have come from few matches, is better known
+    // from its own matches.
+    let rigid = refined(&free.matrix, evidence, Some(&prior), settings).unwrap_or(free);
+    better(better(rigid)?)
 }
 
 /// Rounds of collecting the matches that agree and fitting to them.
@@ -110,8 +116,9 @@ fn refined(
     settings: &SearchSettings,
 ) -> Option<HomographyEstimate> {
     let mut matrix = normalise(start)?;
-    for _ in 0..REFINEMENTS {
-        let inliers = one_per_place(evidence.agreeing(&matrix, settings.threshold));
+    for tolerance in ROUNDS {
+        let radius = tolerance * settings.threshold;
+        let inliers = one_per_place(evidence.agreeing(&matrix, radius));
         if inliers.len() < 4 {
             return None;
         }

@@ -166,6 +166,11 @@ impl FaceEvidence<'_> {
         self.face
     }
 
+    /// All of them, by feature, the nearer first.
+    pub fn all(&self) -> &[Match] {
+        &self.matches
+    }
+
     /// Features that are nearest to this face and pass the ratio test.
     pub fn passing(&self, max_ratio: f64) -> Vec<Match> {
         let passes = |one: &&Match| one.nearest && one.ratio <= max_ratio;

@@ -1,17 +1,21 @@
-//! Which matches agree with others about how the face is turned, scaled and placed.
+//! Which candidates agree with others about how the face is turned, scaled and placed.
 //!
 //! A keypoint has a position, a scale and an orientation, and its oblique view a direction and a
 //! tilt: together a local affine map from the reference into the frame. Where that map predicts
-//! another match, the two support each other. Weak, blurred or small faces have few right matches
+//! another candidate, it supports the match. Weak, blurred or small faces have few right matches
 //! among many; support finds them where the ratio test alone cannot (after the pose clustering of
 //! Lowe, IJCV 2004, with affine instead of similarity frames).
+
+use std::collections::HashMap;
 
 use nalgebra::{Matrix2, Vector2};
 
 use super::evidence::{FaceEvidence, Match};
 
-/// Pairs are compared with each other: so many matches at most, the best by ratio.
+/// For so many matches is support looked for, the best by ratio.
 const MOST_MATCHES: usize = 250;
+/// How far from a match its supporters may lie in the frame [px].
+const RADIUS: f64 = 100.0;
 /// A local map may be off by this share of the distance that it predicts over.
 const TOLERANCE: f64 = 0.3;
 /// Or by so many pixels.
@@ -21,56 +25,98 @@ const MAP_TOLERANCE: f64 = 0.8;
 /// Matches supported by fewer others are dropped.
 const MIN_SUPPORT: usize = 2;
 
-/// The matches that others support, the best supported first.
+/// The matches that candidates about them support, and these candidates; the best supported first.
+///
+/// Supporters need not be the nearest of their features nor pass any ratio test.
 pub fn supported(matches: &[Match], evidence: &FaceEvidence<'_>) -> Vec<Match> {
-    let mut locals: Vec<Local> = matches
-        .iter()
-        .filter_map(|one| Local::new(one, evidence.local_map(one)?))
-        .collect();
-    locals.sort_by(|a, b| a.of.ratio.total_cmp(&b.of.ratio));
-    locals.truncate(MOST_MATCHES);
-    let mut counted: Vec<(usize, Match)> = locals
-        .iter()
-        .map(|local| {
-            let others = locals.iter().filter(|other| local.supports(other));
-            (others.count(), local.of)
-        })
-        .filter(|(count, _)| *count >= MIN_SUPPORT)
-        .collect();
-    counted.sort_by_key(|(count, _)| std::cmp::Reverse(*count));
+    let mut best_first = matches.to_vec();
+    best_first.sort_by(|a, b| a.ratio.total_cmp(&b.ratio));
+    best_first.truncate(MOST_MATCHES);
+    let neighbourhood = Neighbourhood::new(evidence.all());
+    // By feature and keypoint, since one candidate may support many matches.
+    let mut support: HashMap<(u32, u32), (usize, Match)> = HashMap::new();
+    for one in &best_first {
+        let supporters = supporters(one, &neighbourhood, evidence);
+        if supporters.len() >= MIN_SUPPORT {
+            let count = supporters.len();
+            for member in supporters.into_iter().chain([*one]) {
+                let known = support
+                    .entry((member.feature, member.reference))
+                    .or_insert((0, member));
+                known.0 = known.0.max(count);
+            }
+        }
+    }
+    let mut counted: Vec<(usize, Match)> = support.into_values().collect();
+    counted.sort_by_key(|(count, one)| (std::cmp::Reverse(*count), one.feature, one.reference));
     counted.into_iter().map(|(_, one)| one).collect()
 }
 
-/// A match with the affine map of its neighbourhood.
-struct Local {
-    of: Match,
-    map: Matrix2<f64>,
-    inverse: Matrix2<f64>,
+/// The candidates where the match's local map predicts them, one a feature, mapped about alike.
+fn supporters(
+    one: &Match,
+    neighbourhood: &Neighbourhood<'_>,
+    evidence: &FaceEvidence<'_>,
+) -> Vec<Match> {
+    let local = evidence.local_map(one);
+    let Some((map, inverse)) = local.and_then(|map| Some((map, map.try_inverse()?))) else {
+        return Vec::new();
+    };
+    let mut supporters: Vec<Match> = Vec::new();
+    for other in neighbourhood.about(one.points.target) {
+        let between = other.points.source - one.points.source;
+        let predicted = map * between;
+        let error = predicted - (other.points.target - one.points.target);
+        let allowed = TOLERANCE_PX.max(TOLERANCE * predicted.norm());
+        // The same reference point or feature seen twice supports nothing.
+        if between.norm_squared() < 1e-12
+            || other.feature == one.feature
+            || error.norm_squared() >= allowed * allowed
+            || supporters
+                .last()
+                .is_some_and(|s| s.feature == other.feature)
+        {
+            continue;
+        }
+        let alike =
+            |other: Matrix2<f64>| (inverse * other - Matrix2::identity()).norm() < MAP_TOLERANCE;
+        if evidence.local_map(other).is_some_and(alike) {
+            supporters.push(*other);
+        }
+    }
+    supporters
 }
 
-impl Local {
-    fn new(of: &Match, map: Matrix2<f64>) -> Option<Self> {
-        let inverse = map.try_inverse()?;
-        Some(Self {
-            of: *of,
-            map,
-            inverse,
-        })
+/// Candidates by where they lie in the frame.
+struct Neighbourhood<'a> {
+    cells: HashMap<(i64, i64), Vec<&'a Match>>,
+}
+
+impl<'a> Neighbourhood<'a> {
+    /// Of candidates that are sorted by feature.
+    fn new(all: &'a [Match]) -> Self {
+        let mut cells: HashMap<(i64, i64), Vec<&Match>> = HashMap::new();
+        for one in all {
+            cells.entry(cell(one.points.target)).or_default().push(one);
+        }
+        Self { cells }
     }
 
-    /// Whether its map predicts where the other match lies and how it is mapped.
-    fn supports(&self, other: &Self) -> bool {
-        let between: Vector2<f64> = other.of.points.source - self.of.points.source;
-        // The same reference point seen twice supports nothing.
-        if between.norm_squared() < 1e-12 {
-            return false;
-        }
-        let predicted = self.map * between;
-        let error = predicted - (other.of.points.target - self.of.points.target);
-        let allowed = TOLERANCE_PX.max(TOLERANCE * predicted.norm());
-        error.norm_squared() < allowed * allowed
-            && (self.inverse * other.map - Matrix2::identity()).norm() < MAP_TOLERANCE
+    /// Those within the radius; the candidates of one feature follow each other.
+    fn about(&self, point: Vector2<f64>) -> impl Iterator<Item = &'a Match> {
+        let (column, row) = cell(point);
+        let cells = (-1..=1).flat_map(move |x| (-1..=1).map(move |y| (column + x, row + y)));
+        cells
+            .filter_map(|cell| self.cells.get(&cell))
+            .flatten()
+            .copied()
+            .filter(move |other| (other.points.target - point).norm_squared() <= RADIUS * RADIUS)
     }
+}
+
+fn cell(point: Vector2<f64>) -> (i64, i64) {
+    let cell = point.map(|v| (v / RADIUS).floor() as i64);
+    (cell.x, cell.y)
 }
 
 #[cfg(test)]
