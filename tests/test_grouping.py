@@ -42,7 +42,7 @@ def found(model, name, T, *, count=25, seed=0):
     H = predicted_homography(face, T, CAMERA)
     corners = apply_homography(H, reference_corners(*face.size))
     points = np.random.default_rng(seed).uniform((0, 0), face.size, (count, 2))
-    return face, FaceDetection(name, H, corners, points, apply_homography(H, points), 0.8, 0.9)
+    return face, FaceDetection(name, H, H, corners, points, apply_homography(H, points), 0.8, 0.9)
 
 
 def names(groups):

@@ -26,6 +26,8 @@ class FaceDetection:
         name: of the face.
         homography: 3×3, from the reference image (edge coordinates: (0, 0) is the outer corner of
             the first pixel) to undistorted pixels of the frame; scaled to H[2, 2] = 1.
+        matched_homography: the same from the matches alone, before the grey values of the face were
+            aligned with its reference.
         corners: 4×2 pixels of the frame as observed (distorted): where the reference's top-left,
             top-right, bottom-right and bottom-left corners lie.
         reference_points: N×2 inliers in the reference image (edge coordinates).
@@ -36,6 +38,7 @@ class FaceDetection:
 
     name: str
     homography: NDArray[np.float64]
+    matched_homography: NDArray[np.float64]
     corners: NDArray[np.float64]
     reference_points: NDArray[np.float64]
     image_points: NDArray[np.float64]
@@ -46,6 +49,11 @@ class FaceDetection:
     def inliers(self) -> int:
         """Number of matches that agree with the homography."""
         return len(self.image_points)
+
+    @property
+    def is_aligned(self) -> bool:
+        """Whether the grey values of the face made the homography better than its matches did."""
+        return self.homography is not self.matched_homography
 
     @property
     def score(self) -> float:

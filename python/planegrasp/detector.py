@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from planegrasp.rgbd import RGBDFrame
 
 
+# A face that the first look found with fewer inliers is looked at closer, too: few may be wrong.
+_SURE = 20
 # Extractors whose features of oblique views recognise a face from the side.
 _OBLIQUE = ("sift", "surf", "opencv-sift")
 
@@ -137,20 +139,25 @@ class Detector:
         flat = _undistort(gray, frame.camera)
         view = View(features, image_points, evidence, flat, frame.camera)
         limit = self.config.max_instances
-        faces, reports = self._search.find(view, look.faces, limit, explain=explain)
+        outcomes = self._search.find(view, look.faces, limit, explain=explain)
         watch.lap("homography")
-        missing = np.setdiff1d(look.faces, list(faces)).astype(np.uint32)
-        if look.closer and len(missing):
-            view = self._closer(view, faces, missing)
+        sure = {face: o.found for face, o in outcomes.items() if o.inliers >= _SURE}
+        unsure = np.setdiff1d(look.faces, list(sure)).astype(np.uint32)
+        if look.closer and len(unsure):
+            view = self._closer(view, sure, unsure)
             watch.lap("match")
-            more, others = self._search.find(view, missing, limit, explain=explain)
-            faces |= more
-            reports = [report for report in reports if report.found] + others
+            closer = self._search.find(view, unsure, limit, explain=explain)
+            for face, outcome in closer.items():
+                if outcome.inliers >= outcomes.get(face, outcome).inliers:
+                    outcomes[face] = outcome
             watch.lap("homography")
+        faces = {face: outcome.found for face, outcome in outcomes.items() if outcome.found}
         detections = self._with_poses(faces, view, frame)
         watch.lap("pose")
+        reports: list[FaceReport] = []
         if explain:
-            reports = [_with_others(report, detections) for report in reports]
+            attempts = [r for _, outcome in sorted(outcomes.items()) for r in outcome.reports]
+            reports = [_with_others(report, detections) for report in attempts]
             ignored = np.setdiff1d(np.arange(len(self.references)), look.faces)
             reports += [self._search.not_proposed(int(face)) for face in ignored]
         return DetectionReport(tuple(detections), tuple(reports), watch.seconds)
@@ -159,12 +166,12 @@ class Detector:
         self,
         view: View,
         found: dict[int, list[FaceDetection]],
-        missing: NDArray[np.uint32],
+        unsure: NDArray[np.uint32],
     ) -> View:
-        """The features outside of the faces found, with all references of the missing faces."""
+        """The features outside of the faces found for sure, with all references of the others."""
         rest = self._search.outside(found, view.image_points)
         features, image_points = view.features.select(rest), view.image_points[rest]
-        candidates = self._index.look_closer(features, self.config.neighbours, missing)
+        candidates = self._index.look_closer(features, self.config.neighbours, unsure)
         evidence = self._search.evidence(candidates, features, image_points)
         return replace(view, features=features, image_points=image_points, evidence=evidence)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING
 
 import cv2
@@ -42,6 +42,24 @@ class View:
     evidence: _core.Evidence
     gray: NDArray[np.uint8]
     camera: PinholeCamera
+
+
+@dataclass(slots=True, eq=False)
+class Outcome:
+    """What the search for one face gave.
+
+    Attributes:
+        found: its instances.
+        reports: of each attempt.
+    """
+
+    found: list[FaceDetection] = field(default_factory=list)
+    reports: list[FaceReport] = field(default_factory=list)
+
+    @property
+    def inliers(self) -> int:
+        """Of the first instance, 0 without any."""
+        return self.found[0].inliers if self.found else 0
 
 
 class FaceSearch:
@@ -100,7 +118,7 @@ class FaceSearch:
         max_instances: int,
         *,
         explain: bool = True,
-    ) -> tuple[dict[int, list[FaceDetection]], list[FaceReport]]:
+    ) -> dict[int, Outcome]:
         """Find every instance of some faces.
 
         Args:
@@ -110,8 +128,7 @@ class FaceSearch:
             explain: whether faces that are not there are reported, too.
 
         Returns:
-            Detections by number of the face, in the order in which they were found (mostly the
-            best supported first), and a report for each attempt.
+            The outcome by number of the face.
         """
         attempts = self._core.find(
             view.evidence,
@@ -121,12 +138,13 @@ class FaceSearch:
             max_instances=max_instances,
             refused=explain,
         )
-        found: dict[int, list[FaceDetection]] = {}
+        outcomes: dict[int, Outcome] = {}
         for attempt in attempts:
+            outcome = outcomes.setdefault(attempt.face, Outcome())
+            outcome.reports.append(self._report(attempt, len(view.evidence)))
             if attempt.found is not None:
-                detection = self._detection(attempt.face, attempt.found, view.camera)
-                found.setdefault(attempt.face, []).append(detection)
-        return found, [self._report(attempt, len(view.evidence)) for attempt in attempts]
+                outcome.found.append(self._detection(attempt.face, attempt.found, view.camera))
+        return outcomes
 
     def look_where(
         self, face: int, predicted: NDArray[np.float64], view: View
@@ -171,10 +189,11 @@ class FaceSearch:
         return self._core.refine(start, evidence, face, to_core_camera(camera))
 
     def _detection(self, face: int, found: _core.FoundFace, camera: PinholeCamera) -> FaceDetection:
-        inliers = found.inliers
+        inliers, matched = found.inliers, found.matched_homography
         return FaceDetection(
             name=self._references[face].face.name,
-            homography=found.homography,
+            homography=found.homography if found.is_aligned else matched,
+            matched_homography=matched,
             corners=camera.distort(found.outline),
             reference_points=inliers.reference_points,
             image_points=inliers.image_points,

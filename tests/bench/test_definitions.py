@@ -36,7 +36,7 @@ def face_and_exact_homography(T_camera_face):
 
 def detection(H):
     nothing = np.zeros((0, 2))
-    found = FaceDetection("front", H, np.zeros((4, 2)), nothing, nothing, 1.0, 1.0)
+    found = FaceDetection("front", H, H, np.zeros((4, 2)), nothing, nothing, 1.0, 1.0)
     return Detection("thing", 0, (found,), 1.0, None)
 
 

@@ -34,7 +34,7 @@ def frame(name="000007", timestamp=12.5):
 
 
 def detection(pose=True, **changes):
-    face = FaceDetection("front", H, CORNERS, np.zeros((33, 2)), np.zeros((33, 2)), 0.75, 0.9)
+    face = FaceDetection("front", H, H, CORNERS, np.zeros((33, 2)), np.zeros((33, 2)), 0.75, 0.9)
     values = {
         "T_camera_object": T,
         "covariance": np.diag([1e-6] * 3 + [1e-5] * 3),

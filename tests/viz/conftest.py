@@ -49,7 +49,7 @@ def detection(camera):
         edges = np.array([[0, 0], [400, 0], [400, 280], [0, 280]], np.float32)
         H = cv2.getPerspectiveTransform(edges, camera.undistort(corners).astype(np.float32))
         face = FaceDetection(
-            "front", H / H[2, 2], corners, np.zeros((40, 2)), np.zeros((40, 2)), 0.7, 0.9
+            "front", H / H[2, 2], H, corners, np.zeros((40, 2)), np.zeros((40, 2)), 0.7, 0.9
         )
         pose = PoseEstimate(T, 1e-6 * np.eye(6), False, None, 0.3, 1000) if with_pose else None
         failure = "" if with_pose else "no depth under the face"

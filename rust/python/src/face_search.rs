@@ -1,6 +1,6 @@
 //! The search for faces among the matches of a frame.
 
-use nalgebra::{Matrix3, Vector2};
+use nalgebra::Matrix3;
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use planegrasp_core::face_search::{self as core, Match, SearchSettings as CoreSettings};
 use planegrasp_core::matching::Candidates;
@@ -166,6 +166,16 @@ impl FoundFace {
     }
 
     #[getter]
+    fn matched_homography<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        to_numpy(py, &self.core.matched_homography)
+    }
+
+    #[getter]
+    fn is_aligned(&self) -> bool {
+        self.core.homography != self.core.matched_homography
+    }
+
+    #[getter]
     fn outline<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         points_to_numpy(py, self.core.outline.iter().copied())
     }
@@ -283,11 +293,10 @@ impl FaceSearch {
     ) -> PyResult<()> {
         let gray = gray_image(&gray, "gray")?;
         let face = core::SearchedFace::new(
-            Vector2::new(gray.width() as f64, gray.height() as f64),
+            gray,
             matrix3(&face_from_edge, "face_from_edge")?,
             rows::<2>(&points, "points")?,
             rows::<4>(&frames, "frames")?,
-            core::Appearance::new(gray).map_err(from_input_error)?,
         );
         self.faces.push(face.map_err(from_input_error)?);
         Ok(())

@@ -3,7 +3,8 @@
 use nalgebra::{Matrix2, Matrix3, Vector2};
 
 use super::appearance::Appearance;
-use crate::InputError;
+use crate::alignment::AlignmentReference;
+use crate::{GrayImage, InputError};
 
 /// One face: where its descriptors lie on the reference image, and what it looks like.
 #[derive(Debug, Clone)]
@@ -13,24 +14,24 @@ pub struct SearchedFace {
     points: Vec<[f32; 2]>,
     frames: Vec<[f32; 4]>,
     appearance: Appearance,
+    alignment: Option<AlignmentReference>,
 }
 
 impl SearchedFace {
     /// A face.
     ///
-    /// `size`: width and height of the reference image [px]. `face_from_edge`: from its edge
-    /// coordinates to metres on the face. `points` and `frames`: of its keypoints, in the order of
+    /// `face_from_edge`: from the reference image's edge coordinates to metres on the face. `points` and `frames`: of its keypoints, in the order of
     /// the index; frames are 2×2 row by row, from the keypoint's own frame to the reference.
     ///
     /// # Errors
     /// [`InputError::FrameCount`] unless there is one frame a point, [`InputError::NotFinite`]
-    /// where a number is not, [`InputError::NotInvertible`] where `face_from_edge` has no inverse.
+    /// where a number is not, [`InputError::NotInvertible`] where `face_from_edge` has no inverse,
+    /// [`InputError::OutOfRange`] where the image is empty.
     pub fn new(
-        size: Vector2<f64>,
+        image: GrayImage<'_>,
         face_from_edge: Matrix3<f64>,
         points: Vec<[f32; 2]>,
         frames: Vec<[f32; 4]>,
-        appearance: Appearance,
     ) -> Result<Self, InputError> {
         if points.len() != frames.len() {
             return Err(InputError::FrameCount {
@@ -55,11 +56,13 @@ impl SearchedFace {
             });
         }
         Ok(Self {
-            size,
+            size: Vector2::new(image.width() as f64, image.height() as f64),
             face_from_edge,
             points,
             frames,
-            appearance,
+            appearance: Appearance::new(image)?,
+            // An image that is too small to be aligned can still be found.
+            alignment: AlignmentReference::new(image).ok(),
         })
     }
 
@@ -88,6 +91,11 @@ impl SearchedFace {
         &self.appearance
     }
 
+    /// For the alignment of grey values; `None` where the reference image is too small.
+    pub fn alignment(&self) -> Option<&AlignmentReference> {
+        self.alignment.as_ref()
+    }
+
     /// Corners of the reference in edge coordinates: top-left, then clockwise.
     pub fn corners(&self) -> [Vector2<f64>; 4] {
         let (w, h) = (self.size.x, self.size.y);
@@ -111,7 +119,6 @@ impl SearchedFace {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::GrayImage;
 
     /// A face of 4×2 pixels.
     fn made(
@@ -119,14 +126,8 @@ mod tests {
         points: Vec<[f32; 2]>,
         frames: Vec<[f32; 4]>,
     ) -> Result<SearchedFace, InputError> {
-        let appearance = Appearance::new(GrayImage::new(4, 2, &[0; 8])?)?;
-        SearchedFace::new(
-            Vector2::new(4.0, 2.0),
-            face_from_edge,
-            points,
-            frames,
-            appearance,
-        )
+        let image = GrayImage::new(4, 2, &[0; 8])?;
+        SearchedFace::new(image, face_from_edge, points, frames)
     }
 
     #[test]

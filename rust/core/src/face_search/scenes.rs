@@ -3,7 +3,6 @@
 
 use nalgebra::{Matrix2, Matrix3, Rotation3, Vector2, Vector3};
 
-use super::appearance::Appearance;
 use super::evidence::{Evidence, ImageFeatures};
 use super::face::SearchedFace;
 use super::settings::SearchSettings;
@@ -48,10 +47,9 @@ pub fn face_from_edge() -> Matrix3<f64> {
 /// A face of that size with these keypoints and their frames (row by row), all black.
 pub fn face(points: &[Vector2<f64>], frames: Vec<[f32; 4]>) -> SearchedFace {
     let black = vec![0; WIDTH * HEIGHT];
-    let appearance = Appearance::new(GrayImage::new(WIDTH, HEIGHT, &black).unwrap()).unwrap();
-    let size = Vector2::new(WIDTH as f64, HEIGHT as f64);
+    let image = GrayImage::new(WIDTH, HEIGHT, &black).unwrap();
     let points = points.iter().map(|p| [p.x as f32, p.y as f32]).collect();
-    SearchedFace::new(size, face_from_edge(), points, frames, appearance).unwrap()
+    SearchedFace::new(image, face_from_edge(), points, frames).unwrap()
 }
 
 /// A face whose keypoints have the frames of pixels.

@@ -8,9 +8,14 @@ use super::evidence::{Evidence, FaceEvidence, Match};
 use super::face::SearchedFace;
 use super::plausible::{coverage, outline, rigidity};
 use super::refusal::Refusal;
+use super::rigid_views::rigid_views;
 use super::settings::SearchSettings;
+use crate::alignment::{AlignmentConfig, AlignmentWorkspace, align};
 use crate::quadrilateral::Quadrilateral;
 use crate::{Camera, GrayImage};
+
+/// A face with so many inliers has only one view that they agree with.
+const SURE: usize = 30;
 
 /// What the search looks at in one frame.
 #[derive(Debug, Clone, Copy)]
@@ -28,6 +33,8 @@ pub struct View<'a> {
 pub struct FoundFace {
     /// From edge coordinates of the reference to undistorted pixels, scaled to H[2, 2] = 1.
     pub homography: Matrix3<f64>,
+    /// The same from the matches alone, before the alignment of grey values.
+    pub matched_homography: Matrix3<f64>,
     /// Its corners in undistorted pixels: top-left of the reference, then clockwise.
     pub outline: [Vector2<f64>; 4],
     /// Matches that the homography explains.
@@ -221,13 +228,52 @@ fn verify(
         let least = settings.min_agreement;
         return Err(Refusal::Agreement { agreement, least });
     }
-    Ok(FoundFace {
+    let found = FoundFace {
         homography: matrix,
+        matched_homography: matrix,
         outline,
         inliers,
         coverage,
         agreement,
-    })
+    };
+    Ok(aligned(found, face, view, settings))
+}
+
+/// The face with the homography of aligned grey values, or as it is where that is not better.
+///
+/// Few matches may tell the two rigid views that look alike apart wrongly; their grey values can.
+fn aligned(
+    found: FoundFace,
+    face: &SearchedFace,
+    view: &View<'_>,
+    settings: &SearchSettings,
+) -> FoundFace {
+    let Some(reference) = face.alignment() else {
+        return found;
+    };
+    let mut starts = vec![found.homography];
+    if found.inliers.len() < SURE {
+        let both = rigid_views(&found.homography, &found.inliers, face, view.camera);
+        starts.extend(both);
+    }
+    let mut workspace = AlignmentWorkspace::new();
+    let config = AlignmentConfig::default();
+    let best = starts
+        .iter()
+        .filter_map(|start| align(reference, &view.gray, start, &config, &mut workspace))
+        .filter(|alignment| alignment.accepted)
+        .max_by(|a, b| a.score_after.total_cmp(&b.score_after));
+    let Some(H) = best.map(|alignment| alignment.homography) else {
+        return found;
+    };
+    match outline(&H, face, view.camera, settings) {
+        Ok(outline) => FoundFace {
+            homography: H,
+            outline,
+            ..found
+        },
+        Err(_) => found,
+    }
 }
 
 #[cfg(test)]
