@@ -12,6 +12,7 @@
 
 mod align;
 mod area;
+mod coarse;
 mod config;
 mod descent;
 mod displacement;
@@ -27,6 +28,7 @@ mod view;
 mod workspace;
 
 pub use align::{Alignment, align};
+pub use coarse::{CoarseFrames, align_from_afar};
 pub use config::AlignmentConfig;
 pub use reference::AlignmentReference;
 pub use workspace::AlignmentWorkspace;

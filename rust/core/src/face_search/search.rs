@@ -10,7 +10,9 @@ use super::plausible::{coverage, outline, rigidity};
 use super::refusal::Refusal;
 use super::rigid_views::rigid_views;
 use super::settings::SearchSettings;
-use crate::alignment::{AlignmentConfig, AlignmentWorkspace, align};
+use crate::alignment::{
+    Alignment, AlignmentConfig, AlignmentWorkspace, CoarseFrames, align, align_from_afar,
+};
 use crate::quadrilateral::Quadrilateral;
 use crate::{Camera, GrayImage};
 
@@ -251,16 +253,32 @@ fn aligned(
     let Some(reference) = face.alignment() else {
         return found;
     };
-    let mut starts = vec![found.homography];
-    if found.inliers.len() < SURE {
-        let both = rigid_views(&found.homography, &found.inliers, face, view.camera);
-        starts.extend(both);
-    }
     let mut workspace = AlignmentWorkspace::new();
     let config = AlignmentConfig::default();
-    let best = starts
-        .iter()
-        .filter_map(|start| align(reference, &view.gray, start, &config, &mut workspace))
+    let direct = align(
+        reference,
+        &view.gray,
+        &found.homography,
+        &config,
+        &mut workspace,
+    );
+    let mut alignments: Vec<Alignment> = direct.into_iter().collect();
+    if found.inliers.len() < SURE {
+        let coarse = CoarseFrames::new(&view.gray);
+        let views = rigid_views(&found.homography, &found.inliers, face, view.camera);
+        alignments.extend(views.iter().filter_map(|start| {
+            align_from_afar(
+                reference,
+                &view.gray,
+                &coarse,
+                start,
+                &config,
+                &mut workspace,
+            )
+        }));
+    }
+    let best = alignments
+        .into_iter()
         .filter(|alignment| alignment.accepted)
         .max_by(|a, b| a.score_after.total_cmp(&b.score_after));
     let Some(H) = best.map(|alignment| alignment.homography) else {
