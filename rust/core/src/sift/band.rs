@@ -239,8 +239,8 @@ impl Band<'_> {
             return;
         }
         let differences = self.memory.differences.as_slice();
-        // Half: the refined value may be larger than the sample's.
-        let threshold = 0.5 * self.limits.contrast;
+        // The refined value may be somewhat larger than the sample's.
+        let threshold = 0.75 * self.limits.contrast;
         for layer in 1..=self.limits.layers {
             scan_row(simd, differences, (layer, y, width), threshold, |x| {
                 let refined = refine(differences, [layer, y, x], &self.limits);
