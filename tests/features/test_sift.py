@@ -73,7 +73,7 @@ def test_quarter_turns_turn_everything(photo):
     rows = np.arange(len(plain))
     same = (distance[rows, nearest] < 0.05) & (np.abs(turn[rows, nearest]) < np.radians(4))
     # Where gradients are sampled does not turn by quarters exactly.
-    assert same.mean() > 0.85
+    assert same.mean() > 0.75
     difference = plain.descriptors[same].astype(float) - turned.descriptors[nearest[same]]
     # Unit vectors in units of 1/255: unlike ones are about 150 apart.
     assert np.median(np.linalg.norm(difference, axis=1)) < 15

@@ -209,8 +209,8 @@ impl Sift {
                 *orientations = arch.dispatch(FindOrientations {
                     pattern,
                     plane: plane(octaves, *octave, extremum),
-                    center: (extremum.x, extremum.y),
-                    sigma: sigma(extremum),
+                    center: (0.5 * extremum.x, 0.5 * extremum.y),
+                    sigma: 0.5 * sigma(extremum),
                 });
             });
         work.oriented.clear();
@@ -262,8 +262,8 @@ impl Sift {
                 arch.dispatch(Describe {
                     pattern,
                     plane: plane(octaves, *octave, extremum),
-                    center: (extremum.x, extremum.y),
-                    sigma: 0.5 * keypoint.scale / octaves[*octave as usize].step,
+                    center: (0.5 * extremum.x, 0.5 * extremum.y),
+                    sigma: 0.25 * keypoint.scale / octaves[*octave as usize].step,
                     angle: keypoint.angle,
                     out,
                 });

@@ -7,7 +7,7 @@ use super::ring::RowRing;
 
 /// A fit this close [samples] is not moved to another sample: somewhat more than half, or what
 /// lies half-way between two would go to and fro.
-const NEAR: f32 = 0.53;
+const NEAR: f32 = 0.52;
 /// How often the quadratic fit may move to another sample.
 const MAX_MOVES: usize = 5;
 /// How many rows it may move up or down in all.
