@@ -36,7 +36,7 @@ use refine::{Extremum, Limits};
 
 /// Largest side of an image [px].
 const MAX_SIDE: usize = 1 << 16;
-/// Largest image [px]: 8192 × 8192, for which 4 GB are needed.
+/// Largest image [px]: 8192 × 8192, for which 2 GB are needed.
 const MAX_PIXELS: usize = 1 << 26;
 /// Keypoints that a thread takes at once.
 const CHUNK: usize = 32;
