@@ -243,7 +243,8 @@ def test_a_small_distant_view_without_depth_does_not_flip_silently(detector, tau
                 ambiguous += 1
                 other = (found.alternative.inv() * T).rotation.magnitude()
                 off = min(off, np.degrees(other))
-            assert off < 6
+            # Noise turns so small a view by 4° in the median, a flip by twice its tilt: 24°.
+            assert off < 10
     assert ambiguous >= 2
 
 

@@ -78,7 +78,7 @@ impl BandMemory {
 /// What a band writes: its own rows only.
 #[derive(Debug)]
 pub struct BandOutput<'a> {
-    /// Gradients of levels 1…layers, rows of the octave's width.
+    /// Gradients of levels 1…layers, half as many rows, of half the octave's width.
     pub gradients: [Option<&'a mut [u32]>; MAX_LAYERS],
     /// First level of the next octave: every second pixel of every second row.
     pub next_base: &'a mut [f32],
@@ -205,13 +205,16 @@ impl Band<'_> {
     #[inline(always)]
     fn write_gradients(&mut self, level: usize, y: usize) {
         let (begin, end) = self.rows;
-        let width = self.limits.width;
-        if y < begin.max(1) + 1 || y > end {
+        let Limits { width, height, .. } = self.limits;
+        // The first and the last row of the plane have no gradient.
+        let written = begin.max(2) + 1..end.min(2 * height.div_ceil(2) - 2) + 1;
+        if y.is_multiple_of(2) || !written.contains(&y) {
             return;
         }
         let ring = &self.memory.levels[level];
         if let Some(plane) = &mut self.output.gradients[level - 1] {
-            let out = &mut plane[(y - 1 - begin) * width..(y - begin) * width];
+            let (index, columns) = ((y - 1 - begin) / 2, width.div_ceil(2));
+            let out = &mut plane[index * columns..(index + 1) * columns];
             pack_row(ring.row(y - 2), ring.row(y - 1), ring.row(y), out);
         }
     }
@@ -239,8 +242,8 @@ impl Band<'_> {
             return;
         }
         let differences = self.memory.differences.as_slice();
-        // Half: the refined value may be larger than the sample's.
-        let threshold = 0.5 * self.limits.contrast;
+        // The refined value may be somewhat larger than the sample's.
+        let threshold = 0.75 * self.limits.contrast;
         for layer in 1..=self.limits.layers {
             scan_row(simd, differences, (layer, y, width), threshold, |x| {
                 let refined = refine(differences, [layer, y, x], &self.limits);

@@ -111,10 +111,9 @@ fn vertical<S: Simd, const R: usize>(
     let mut x = 0;
     while x < width {
         let mut sums = [[simd.splat_f32s(0.0); 2]; R];
-        for (j, input) in inputs.iter().enumerate() {
+        for (input, weights) in inputs.iter().zip(kernel.padded.windows(TILE)) {
             let a = load::<S>(input, x);
             let b = load::<S>(input, x + S::F32_LANES);
-            let weights = &kernel.padded[j..j + TILE];
             for (q, sum) in sums.iter_mut().enumerate() {
                 let weight = simd.splat_f32s(weights[TILE - 1 - q]);
                 sum[0] = simd.mul_add_f32s(weight, a, sum[0]);

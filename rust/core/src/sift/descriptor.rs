@@ -2,13 +2,13 @@
 //! (Arandjelović & Zisserman, CVPR 2012).
 //!
 //! Gradients are looked up on a grid that turns and grows with the keypoint, as Lowe describes it,
-//! instead of at every pixel: the level is as smooth as the keypoint's σ, and samples are 0.75 σ
+//! instead of at every pixel: the level is as smooth as the keypoint's σ, and samples are one σ
 //! apart. The weights of a sample are then the same for all keypoints.
 
 use pulp::{Simd, WithSimd};
 
 use super::gradient::GradientPlane;
-use super::sampling::{gradients, turns};
+use super::sampling::{gradients, polar};
 
 /// Values of a descriptor: 4 × 4 places of 8 directions each.
 pub const LENGTH: usize = PLACES * PLACES * DIRECTIONS;
@@ -24,10 +24,11 @@ const DIRECTIONS: usize = 8;
 /// Distance between places [σ of the keypoint].
 const PLACE_SPACING: f32 = 3.0;
 /// Samples from one place to the next.
-const PER_PLACE: usize = 4;
+const PER_PLACE: usize = 3;
 /// Samples along each axis: also half a place's spacing beyond the outer places.
 const SIDE: usize = (PLACES + 1) * PER_PLACE;
-const SAMPLES: usize = SIDE * SIDE;
+/// Samples in all, filled up to whole vectors by ones without weight.
+const SAMPLES: usize = (SIDE * SIDE).next_multiple_of(16);
 /// σ of the window [distances between places]: half the width of the descriptor.
 const WINDOW: f32 = 0.5 * PLACES as f32;
 /// No value may be a larger share of the vector's length (Lowe, section 6.1).
@@ -49,7 +50,10 @@ impl Default for DescriptorPattern {
         Self {
             x: std::array::from_fn(|k| PLACE_SPACING * along(k % SIDE)),
             y: std::array::from_fn(|k| PLACE_SPACING * along(k / SIDE)),
-            weight: std::array::from_fn(|k| window(along(k % SIDE)) * window(along(k / SIDE))),
+            weight: std::array::from_fn(|k| match k / SIDE {
+                ..SIDE => window(along(k % SIDE)) * window(along(k / SIDE)),
+                _ => 0.0,
+            }),
         }
     }
 }
@@ -82,6 +86,7 @@ impl WithSimd for Describe<'_> {
             .0
             .iter()
             .zip(magnitudes.as_chunks::<SIDE>().0)
+            .take(SIDE)
             .enumerate()
         {
             let row = pool_row(t, m);
@@ -116,8 +121,9 @@ impl Describe<'_> {
         for k in 0..SAMPLES {
             let along = cosine.mul_add(dx[k], sine * dy[k]);
             let across = cosine.mul_add(dy[k], -sine * dx[k]);
-            directions[k] = turns(along, across) * DIRECTIONS as f32;
-            magnitudes[k] = along.mul_add(along, across * across).sqrt() * pattern.weight[k];
+            let (turns, length) = polar(along, across);
+            directions[k] = turns * DIRECTIONS as f32;
+            magnitudes[k] = length * pattern.weight[k];
         }
         (directions, magnitudes)
     }

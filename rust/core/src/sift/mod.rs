@@ -36,7 +36,7 @@ use refine::{Extremum, Limits};
 
 /// Largest side of an image [px].
 const MAX_SIDE: usize = 1 << 16;
-/// Largest image [px]: 8192 × 8192, for which 4 GB are needed.
+/// Largest image [px]: 8192 × 8192, for which 2 GB are needed.
 const MAX_PIXELS: usize = 1 << 26;
 /// Keypoints that a thread takes at once.
 const CHUNK: usize = 32;
@@ -209,8 +209,8 @@ impl Sift {
                 *orientations = arch.dispatch(FindOrientations {
                     pattern,
                     plane: plane(octaves, *octave, extremum),
-                    center: (extremum.x, extremum.y),
-                    sigma: sigma(extremum),
+                    center: (0.5 * extremum.x, 0.5 * extremum.y),
+                    sigma: 0.5 * sigma(extremum),
                 });
             });
         work.oriented.clear();
@@ -262,8 +262,8 @@ impl Sift {
                 arch.dispatch(Describe {
                     pattern,
                     plane: plane(octaves, *octave, extremum),
-                    center: (extremum.x, extremum.y),
-                    sigma: 0.5 * keypoint.scale / octaves[*octave as usize].step,
+                    center: (0.5 * extremum.x, 0.5 * extremum.y),
+                    sigma: 0.25 * keypoint.scale / octaves[*octave as usize].step,
                     angle: keypoint.angle,
                     out,
                 });

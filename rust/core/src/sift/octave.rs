@@ -39,9 +39,9 @@ impl Octave {
         // Even, so that the next octave's rows are divided too.
         let band_rows = height.div_ceil(count).next_multiple_of(2);
         let plane = || GradientPlane {
-            width,
-            height,
-            values: vec![0; width * height],
+            width: width.div_ceil(2),
+            height: height.div_ceil(2),
+            values: vec![0; width.div_ceil(2) * height.div_ceil(2)],
         };
         Self {
             step,
@@ -132,7 +132,7 @@ fn split(output: BandOutput, rows: usize, width: usize) -> (BandOutput, BandOutp
     let (above, below) = output.next_base.split_at_mut(rows / 2 * width.div_ceil(2));
     let mut halves = output
         .gradients
-        .map(|plane| plane.map(|values| values.split_at_mut(rows * width)));
+        .map(|plane| plane.map(|values| values.split_at_mut(rows / 2 * width.div_ceil(2))));
     let mut lower: [Option<&mut [u32]>; MAX_LAYERS] = [const { None }; MAX_LAYERS];
     let upper = std::array::from_fn(|i| {
         halves[i].take().map(|(up, low)| {

@@ -3,18 +3,16 @@
 use pulp::{Simd, WithSimd};
 
 use super::gradient::GradientPlane;
-use super::sampling::{gradients, turns};
+use super::sampling::{gradients, polar};
 
 /// Most orientations of one keypoint.
 pub const MAX_ORIENTATIONS: usize = 4;
 /// Bins of the histogram of directions.
 const BINS: usize = 36;
-/// Samples of [`OrientationPattern`], filled up to whole vectors.
-const SAMPLES: usize = 128;
-/// Distance of samples [σ of the keypoint].
-const SPACING: f32 = 0.75;
-/// Samples are taken up to this many spacings away: 4.5 σ, three σ of the window.
-const REACH: i32 = 6;
+/// Samples of [`OrientationPattern`].
+const SAMPLES: usize = 112;
+/// Samples are taken up to this far away [σ of the keypoint]: three σ of the window.
+const REACH: f32 = 4.5;
 /// σ of the window [σ of the keypoint].
 const WINDOW: f32 = 1.5;
 /// A peak counts from this share of the highest one.
@@ -29,22 +27,23 @@ pub struct OrientationPattern {
 }
 
 impl Default for OrientationPattern {
+    /// A sunflower (Vogel, Mathematical Biosciences 1979): as dense everywhere, and without the
+    /// preferred directions of a square grid, which would show around blobs.
     fn default() -> Self {
-        let mut pattern = Self {
-            x: [0.0; SAMPLES],
-            y: [0.0; SAMPLES],
-            weight: [0.0; SAMPLES],
+        let golden_angle = std::f32::consts::PI * (3.0 - 5f32.sqrt());
+        let place = |k: usize| {
+            let radius = REACH * ((k as f32 + 0.5) / SAMPLES as f32).sqrt();
+            let (sine, cosine) = (k as f32 * golden_angle).sin_cos();
+            (radius * cosine, radius * sine)
         };
-        let disc = (-REACH..=REACH)
-            .flat_map(|j| (-REACH..=REACH).map(move |i| (i, j)))
-            .filter(|(i, j)| i * i + j * j <= REACH * REACH);
-        for (k, (i, j)) in disc.enumerate() {
-            let (x, y) = (SPACING * i as f32, SPACING * j as f32);
-            pattern.x[k] = x;
-            pattern.y[k] = y;
-            pattern.weight[k] = (-(x * x + y * y) / (2.0 * WINDOW * WINDOW)).exp();
+        Self {
+            x: std::array::from_fn(|k| place(k).0),
+            y: std::array::from_fn(|k| place(k).1),
+            weight: std::array::from_fn(|k| {
+                let (x, y) = place(k);
+                (-(x * x + y * y) / (2.0 * WINDOW * WINDOW)).exp()
+            }),
         }
-        pattern
     }
 }
 
@@ -88,22 +87,27 @@ impl WithSimd for FindOrientations<'_> {
         let (dx, dy) = gradients(self.plane, &xs, &ys);
         let (mut bins, mut weights) = ([0.0; SAMPLES], [0.0; SAMPLES]);
         for k in 0..SAMPLES {
-            bins[k] = turns(dx[k], dy[k]) * BINS as f32;
-            weights[k] = dx[k].mul_add(dx[k], dy[k] * dy[k]).sqrt() * pattern.weight[k];
+            let (turns, length) = polar(dx[k], dy[k]);
+            bins[k] = turns * BINS as f32;
+            weights[k] = length * pattern.weight[k];
         }
         peaks(&smoothed(&histogram(&bins, &weights)))
     }
 }
 
-/// Sums of weights; bin b collects directions around b.
+/// Sums of weights, each shared between the two bins next to its direction.
 #[inline(always)]
 fn histogram(bins: &[f32; SAMPLES], weights: &[f32; SAMPLES]) -> [f32; BINS] {
-    // One more bin than there are, for what rounds up to a full turn.
-    let mut sums = [0.0; BINS + 1];
+    // Two more bins than there are, for a full turn and its neighbour.
+    let mut sums = [0.0; BINS + 2];
     for (&bin, &weight) in bins.iter().zip(weights) {
-        sums[((bin + 0.5) as usize).min(BINS)] += weight;
+        let below = (bin as usize).min(BINS);
+        let share = bin - below as f32;
+        sums[below] += weight * (1.0 - share);
+        sums[below + 1] += weight * share;
     }
     sums[0] += sums[BINS];
+    sums[1] += sums[BINS + 1];
     std::array::from_fn(|b| sums[b])
 }
 

@@ -5,6 +5,9 @@ use nalgebra::{Matrix3, Vector3};
 use super::extrema::BORDER;
 use super::ring::RowRing;
 
+/// A fit this close [samples] is not moved to another sample: somewhat more than half, or what
+/// lies half-way between two would go to and fro.
+const NEAR: f32 = 0.52;
 /// How often the quadratic fit may move to another sample.
 const MAX_MOVES: usize = 5;
 /// How many rows it may move up or down in all.
@@ -48,7 +51,7 @@ pub fn refine(differences: &[RowRing], start: [usize; 3], limits: &Limits) -> Op
     for _ in 0..MAX_MOVES {
         let fit = Fit::new(differences, at);
         let offset = fit.offset()?;
-        if offset.iter().all(|o| o.abs() < 0.5) {
+        if offset.iter().all(|o| o.abs() < NEAR) {
             return accept(&fit, &offset, at, limits);
         }
         at = moved(at, &offset, start[1], limits)?;
