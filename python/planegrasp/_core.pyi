@@ -168,6 +168,7 @@ class SearchSettings:
         max_stretch: float,
         aspect_sigma: float,
         min_agreement: float,
+        min_doubtful_agreement: float,
     ) -> SearchSettings: ...
 
 @final

@@ -23,7 +23,8 @@ impl SearchSettings {
     #[new]
     #[pyo3(signature = (
         *, min_matches, max_ratio, max_loose_ratio, threshold, iterations, min_inliers, min_coverage,
-        min_side, max_stretch, aspect_sigma, min_agreement
+        min_side, max_stretch, aspect_sigma, min_agreement,
+        min_doubtful_agreement
     ))]
     #[allow(clippy::too_many_arguments)] // every one of them is a named setting
     fn new(
@@ -38,6 +39,7 @@ impl SearchSettings {
         max_stretch: f64,
         aspect_sigma: f64,
         min_agreement: f64,
+        min_doubtful_agreement: f64,
     ) -> Self {
         Self {
             core: CoreSettings {
@@ -52,6 +54,7 @@ impl SearchSettings {
                 max_stretch,
                 aspect_sigma,
                 min_agreement,
+                min_doubtful_agreement,
             },
         }
     }

@@ -16,7 +16,7 @@ use crate::alignment::{
 use crate::quadrilateral::Quadrilateral;
 use crate::{Camera, GrayImage};
 
-/// A face with so many inliers has only one view that they agree with.
+/// So many inliers are no chance, and only one rigid view agrees with them.
 const SURE: usize = 30;
 
 /// What the search looks at in one frame.
@@ -226,10 +226,7 @@ fn verify(
     }
     let agreement = face.appearance().agreement(view.gray, &matrix);
     figures.agreement = Some(agreement);
-    if agreement < settings.min_agreement {
-        let least = settings.min_agreement;
-        return Err(Refusal::Agreement { agreement, least });
-    }
+    check_agreement(agreement, settings.min_agreement)?;
     let found = FoundFace {
         homography: matrix,
         matched_homography: matrix,
@@ -238,7 +235,19 @@ fn verify(
         coverage,
         agreement,
     };
-    Ok(aligned(found, face, view, settings))
+    let found = aligned(found, face, view, settings);
+    figures.agreement = Some(found.agreement);
+    if found.inliers.len() < SURE {
+        check_agreement(found.agreement, settings.min_doubtful_agreement)?;
+    }
+    Ok(found)
+}
+
+fn check_agreement(agreement: f64, least: f64) -> Result<(), Refusal> {
+    if agreement < least {
+        return Err(Refusal::Agreement { agreement, least });
+    }
+    Ok(())
 }
 
 /// The face with the homography of aligned grey values, or as it is where that is not better.
@@ -288,6 +297,7 @@ fn aligned(
         Ok(outline) => FoundFace {
             homography: H,
             outline,
+            agreement: face.appearance().agreement(view.gray, &H),
             ..found
         },
         Err(_) => found,
