@@ -237,10 +237,18 @@ fn verify(
     };
     let found = aligned(found, face, view, settings);
     figures.agreement = Some(found.agreement);
-    if found.inliers.len() < SURE {
-        check_agreement(found.agreement, settings.min_doubtful_agreement)?;
-    }
+    check_agreement(
+        found.agreement,
+        needed_agreement(found.inliers.len(), settings),
+    )?;
     Ok(found)
+}
+
+/// The fewer the inliers, the more the face must look like its reference.
+fn needed_agreement(inliers: usize, settings: &SearchSettings) -> f64 {
+    let doubt = 1.0 - (inliers as f64 / SURE as f64).min(1.0);
+    let more = settings.min_doubtful_agreement - settings.min_agreement;
+    settings.min_agreement + doubt * more.max(0.0)
 }
 
 fn check_agreement(agreement: f64, least: f64) -> Result<(), Refusal> {

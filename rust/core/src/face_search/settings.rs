@@ -26,6 +26,6 @@ pub struct SearchSettings {
     pub aspect_sigma: f64,
     /// Share of the face's textured cells that look like the reference, at least.
     pub min_agreement: f64,
-    /// The same for a face with few inliers.
+    /// The same for a face without inliers; between that and one with 30, proportionally.
     pub min_doubtful_agreement: f64,
 }
