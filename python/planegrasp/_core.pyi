@@ -63,6 +63,8 @@ class Alignment:
     @property
     def tiles(self) -> int: ...
     @property
+    def compared(self) -> int: ...
+    @property
     def information(self) -> NDArray[np.float64]: ...
 
 @final
@@ -168,7 +170,7 @@ class SearchSettings:
         max_stretch: float,
         aspect_sigma: float,
         min_agreement: float,
-        min_doubtful_agreement: float,
+        min_doubtful_tiles: float,
     ) -> SearchSettings: ...
 
 @final

@@ -59,6 +59,7 @@ class Alignment:
         score_after: the same at the refined homography.
         accepted: whether the refined homography is better and within the allowed motion.
         tiles: number of tiles that agreed with the reference.
+        compared: of so many.
         information: 8×8, of the corners' positions (x, y) [px], top-left, then clockwise.
     """
 
@@ -67,6 +68,7 @@ class Alignment:
     score_after: float
     accepted: bool
     tiles: int
+    compared: int
     information: NDArray[np.float64]
 
 
@@ -110,5 +112,6 @@ def align(
         score_after=found.score_after,
         accepted=found.accepted,
         tiles=found.tiles,
+        compared=found.compared,
         information=found.information,
     )

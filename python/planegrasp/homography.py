@@ -36,10 +36,10 @@ class HomographyConfig:
             ratio, as a factor; also bounds the skew of its axes.
         aspect_sigma: relative standard deviation of the taught aspect ratio; the smaller, the more
             the estimate is held to a rigid view.
-        min_agreement: share of the face's textured cells that look like the reference, at least,
-            for a face with 30 inliers or more.
-        min_doubtful_agreement: the same for a face without inliers, in proportion between: few
-            inliers may be chance.
+        min_agreement: share of the face's textured cells that look like the reference, at least.
+        min_doubtful_tiles: share of the tiles of the face that agree with its reference when their
+            grey values are aligned, at least, for a face without inliers; in proportion less with
+            more of them, nothing with 30. Few inliers may be chance.
     """
 
     min_matches: int = 10
@@ -53,7 +53,7 @@ class HomographyConfig:
     max_stretch: float = 1.6
     aspect_sigma: float = 0.02
     min_agreement: float = 0.3
-    min_doubtful_agreement: float = 0.75
+    min_doubtful_tiles: float = 0.5
 
     def __post_init__(self) -> None:
         if self.min_matches < 4 or self.min_inliers < 4:

@@ -141,6 +141,11 @@ impl Alignment {
         self.core.tiles
     }
 
+    #[getter]
+    fn compared(&self) -> usize {
+        self.core.compared
+    }
+
     /// Information of the corners' positions.
     #[getter]
     fn information<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {

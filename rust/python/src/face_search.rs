@@ -24,7 +24,7 @@ impl SearchSettings {
     #[pyo3(signature = (
         *, min_matches, max_ratio, max_loose_ratio, threshold, iterations, min_inliers, min_coverage,
         min_side, max_stretch, aspect_sigma, min_agreement,
-        min_doubtful_agreement
+        min_doubtful_tiles
     ))]
     #[allow(clippy::too_many_arguments)] // every one of them is a named setting
     fn new(
@@ -39,7 +39,7 @@ impl SearchSettings {
         max_stretch: f64,
         aspect_sigma: f64,
         min_agreement: f64,
-        min_doubtful_agreement: f64,
+        min_doubtful_tiles: f64,
     ) -> Self {
         Self {
             core: CoreSettings {
@@ -54,7 +54,7 @@ impl SearchSettings {
                 max_stretch,
                 aspect_sigma,
                 min_agreement,
-                min_doubtful_agreement,
+                min_doubtful_tiles,
             },
         }
     }
@@ -247,6 +247,7 @@ impl Attempt {
             stretch,
             coverage,
             agreement,
+            tiles,
         } = self.core.figures;
         let counts = [("matches", matches), ("inliers", inliers)]
             .map(|(name, count)| (name, count.map(|count| count as f64)));
@@ -254,6 +255,7 @@ impl Attempt {
             ("stretch", stretch),
             ("coverage", coverage),
             ("agreement", agreement),
+            ("tiles", tiles),
         ];
         let dict = PyDict::new(py);
         for (name, value) in counts.into_iter().chain(measures) {

@@ -29,6 +29,8 @@ pub struct Alignment {
     pub iterations: usize,
     /// Number of tiles that agreed with the reference at the end.
     pub tiles: usize,
+    /// Of so many that were compared.
+    pub compared: usize,
     /// Information (8×8) of the positions (x, y) \[px\] of the face's corners, top-left, then
     /// clockwise, at the refined homography.
     pub information: SMatrix<f64, PARAMETERS, PARAMETERS>,
@@ -137,6 +139,7 @@ fn align_here(
         accepted,
         iterations,
         tiles: last.tiles,
+        compared: tiles,
         information: of_corners(&last.information, &view)?,
     })
 }

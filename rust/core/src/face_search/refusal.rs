@@ -83,6 +83,17 @@ pub enum Refusal {
         /// What is needed.
         least: f64,
     },
+    /// The grey values of the face do not bear out the few matches that led to it.
+    #[error(
+        "few inliers, and {:.0}% of the aligned tiles agree with the reference (at least {:.0}%)",
+        100.0 * tiles, 100.0 * least
+    )]
+    Tiles {
+        /// Share of the tiles.
+        tiles: f64,
+        /// What is needed with so many inliers.
+        least: f64,
+    },
 }
 
 impl Refusal {

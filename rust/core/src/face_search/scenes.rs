@@ -27,7 +27,7 @@ pub fn settings() -> SearchSettings {
         max_stretch: 1.6,
         aspect_sigma: 0.02,
         min_agreement: 0.3,
-        min_doubtful_agreement: 0.75,
+        min_doubtful_tiles: 0.0,
     }
 }
 

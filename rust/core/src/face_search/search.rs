@@ -60,6 +60,8 @@ pub struct Figures {
     pub coverage: Option<f64>,
     /// See [`FoundFace::agreement`].
     pub agreement: Option<f64>,
+    /// Share of the aligned tiles that agree with the reference.
+    pub tiles: Option<f64>,
 }
 
 /// One attempt at one face.
@@ -226,7 +228,10 @@ fn verify(
     }
     let agreement = face.appearance().agreement(view.gray, &matrix);
     figures.agreement = Some(agreement);
-    check_agreement(agreement, settings.min_agreement)?;
+    if agreement < settings.min_agreement {
+        let least = settings.min_agreement;
+        return Err(Refusal::Agreement { agreement, least });
+    }
     let found = FoundFace {
         homography: matrix,
         matched_homography: matrix,
@@ -235,30 +240,24 @@ fn verify(
         coverage,
         agreement,
     };
-    let found = aligned(found, face, view, settings);
+    let (found, tiles) = aligned(found, face, view, settings);
     figures.agreement = Some(found.agreement);
-    check_agreement(
-        found.agreement,
-        needed_agreement(found.inliers.len(), settings),
-    )?;
+    figures.tiles = Some(tiles);
+    let least = needed_tiles(found.inliers.len(), settings);
+    if tiles < least {
+        return Err(Refusal::Tiles { tiles, least });
+    }
     Ok(found)
 }
 
-/// The fewer the inliers, the more the face must look like its reference.
-fn needed_agreement(inliers: usize, settings: &SearchSettings) -> f64 {
+/// The share of aligned tiles that must agree: the fewer the inliers, the more.
+fn needed_tiles(inliers: usize, settings: &SearchSettings) -> f64 {
     let doubt = 1.0 - (inliers as f64 / SURE as f64).min(1.0);
-    let more = settings.min_doubtful_agreement - settings.min_agreement;
-    settings.min_agreement + doubt * more.max(0.0)
+    settings.min_doubtful_tiles * doubt
 }
 
-fn check_agreement(agreement: f64, least: f64) -> Result<(), Refusal> {
-    if agreement < least {
-        return Err(Refusal::Agreement { agreement, least });
-    }
-    Ok(())
-}
-
-/// The face with the homography of aligned grey values, or as it is where that is not better.
+/// The face with the homography of aligned grey values, or as it is where that is not better; and
+/// the share of the aligned tiles that agree with the reference.
 ///
 /// Few matches may tell the two rigid views that look alike apart wrongly; their grey values can.
 fn aligned(
@@ -266,9 +265,9 @@ fn aligned(
     face: &SearchedFace,
     view: &View<'_>,
     settings: &SearchSettings,
-) -> FoundFace {
+) -> (FoundFace, f64) {
     let Some(reference) = face.alignment() else {
-        return found;
+        return (found, 0.0);
     };
     let mut workspace = AlignmentWorkspace::new();
     let config = AlignmentConfig::default();
@@ -296,19 +295,24 @@ fn aligned(
     }
     let best = alignments
         .into_iter()
-        .filter(|alignment| alignment.accepted)
         .max_by(|a, b| a.score_after.total_cmp(&b.score_after));
-    let Some(H) = best.map(|alignment| alignment.homography) else {
-        return found;
+    let Some(best) = best else {
+        return (found, 0.0);
     };
-    match outline(&H, face, view.camera, settings) {
-        Ok(outline) => FoundFace {
-            homography: H,
-            outline,
-            agreement: face.appearance().agreement(view.gray, &H),
-            ..found
-        },
-        Err(_) => found,
+    let tiles = best.tiles as f64 / best.compared.max(1) as f64;
+    let H = best.homography;
+    let seen = outline(&H, face, view.camera, settings);
+    match seen.ok().filter(|_| best.accepted) {
+        Some(outline) => {
+            let found = FoundFace {
+                homography: H,
+                outline,
+                agreement: face.appearance().agreement(view.gray, &H),
+                ..found
+            };
+            (found, tiles)
+        }
+        None => (found, tiles),
     }
 }
 

@@ -26,6 +26,7 @@ pub struct SearchSettings {
     pub aspect_sigma: f64,
     /// Share of the face's textured cells that look like the reference, at least.
     pub min_agreement: f64,
-    /// The same for a face without inliers; between that and one with 30, proportionally.
-    pub min_doubtful_agreement: f64,
+    /// Share of the aligned tiles that agree, at least, for a face without inliers; in proportion
+    /// less with more of them, nothing with 30.
+    pub min_doubtful_tiles: f64,
 }
