@@ -356,9 +356,10 @@ class ReferenceIndex:
     Args:
         length: bytes of a descriptor.
         is_binary: compare bit strings by the number of differing bits, not bytes by L2.
+        farthest: only references nearer than this are neighbours; infinite = all.
     """
 
-    def __new__(cls, length: int, *, is_binary: bool) -> ReferenceIndex: ...
+    def __new__(cls, length: int, *, is_binary: bool, farthest: float = ...) -> ReferenceIndex: ...
     def __len__(self) -> int:
         """Number of faces that were added, those that were removed too."""
 
@@ -401,7 +402,8 @@ class ReferenceIndex:
         Returns:
             N×k numbers of faces and N×k numbers within the face, -1 for none; N×k distances (L2
             of bytes, or differing bits), infinite for none; and N ratios: nearest distance over
-            that of the nearest elsewhere, 0 where nothing is elsewhere, infinite without any.
+            that of the nearest elsewhere, 0 where nothing is elsewhere, infinite without any;
+            where the nearest elsewhere is beyond the farthest distance, the nearest over that.
 
         Raises:
             InvalidInputError: for another length, or k = 0.

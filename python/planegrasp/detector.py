@@ -59,7 +59,7 @@ class DetectorConfig:
         first_look: the most useful descriptors of each face that every frame is compared with; the
             others only where these did not find the face. 0 = all at once.
         reference_side: longest side of the reference image that features are taken from [px].
-        neighbours: how many nearest descriptors are looked at; more than a point has views.
+        neighbours: how many nearest descriptors of a feature may turn out to be the right one.
         same_place: points of a face closer than this share of its longest side are one place for
             the ratio test.
         max_instances: at most so many instances of one object in a frame.
@@ -71,9 +71,9 @@ class DetectorConfig:
     pose: str | PoseEstimator = "fused"
     oblique: ObliqueConfig | None = None
     pruning: PruningConfig = field(default_factory=PruningConfig)
-    first_look: int = 1000
+    first_look: int = 800
     reference_side: int = 400
-    neighbours: int = 16
+    neighbours: int = 6
     same_place: float = 0.03
     max_instances: int = 8
     homography: HomographyConfig = field(default_factory=HomographyConfig)
@@ -114,6 +114,7 @@ class Detector:
             [r.set for r in self.references],
             self.config.matcher,
             binary=self._extractor.is_binary,
+            farthest=self._extractor.farthest,
             first=self.config.first_look,
         )
         self._search = FaceSearch(self.references, self.config.homography)

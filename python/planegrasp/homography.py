@@ -46,7 +46,7 @@ class HomographyConfig:
     max_ratio: float = 0.8
     max_loose_ratio: float = 0.9
     threshold: float = 3.0
-    iterations: int = 5000
+    iterations: int = 2000
     min_inliers: int = 8
     min_coverage: float = 0.03
     min_side: float = 8.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -41,6 +42,7 @@ class AKAZE:
     config: AKAZEConfig = AKAZEConfig()
     name: str = "akaze"
     is_binary: bool = True
+    farthest: float = math.inf
 
     def extract(self, gray: NDArray[np.uint8]) -> Features:
         """Features of an H×W uint8 image; descriptors are N×61 uint8."""

@@ -73,12 +73,15 @@ class Extractor(Protocol):
     Attributes:
         name: as in `DetectorConfig.extractor` and on the command line.
         is_binary: whether descriptors are bit strings (Hamming) rather than vectors (L2).
+        farthest: distance of two descriptors from which on they are not alike; may be infinite.
     """
 
     @property
     def name(self) -> str: ...  # noqa: D102 - documented above
     @property
     def is_binary(self) -> bool: ...  # noqa: D102
+    @property
+    def farthest(self) -> float: ...  # noqa: D102
 
     def extract(self, gray: NDArray[np.uint8]) -> Features:
         """Features of an H×W uint8 image; zero features where there is nothing to find."""

@@ -6,6 +6,7 @@ need not be seen at the size of its reference image. `levels=1` is the plain com
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -50,6 +51,7 @@ class BRISK:
     config: BRISKConfig = BRISKConfig()
     name: str = "brisk"
     is_binary: bool = True
+    farthest: float = math.inf
 
     def extract(self, gray: NDArray[np.uint8]) -> Features:
         """Features of an H×W uint8 image; descriptors are N×64 uint8."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -46,6 +47,7 @@ class OpenCVSIFT:
     config: OpenCVSIFTConfig = OpenCVSIFTConfig()
     name: str = "opencv-sift"
     is_binary: bool = False
+    farthest: float = math.inf
 
     def extract(self, gray: NDArray[np.uint8]) -> Features:
         """Features of an H×W uint8 image; descriptors are N×128 float32."""

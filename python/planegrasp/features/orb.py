@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -40,6 +41,7 @@ class ORB:
     config: ORBConfig = ORBConfig()
     name: str = "orb"
     is_binary: bool = True
+    farthest: float = math.inf
 
     def extract(self, gray: NDArray[np.uint8]) -> Features:
         """Features of an H×W uint8 image; descriptors are N×32 uint8."""

@@ -47,6 +47,8 @@ class SIFT:
         config: its settings.
         threads: how many it runs on, 0 = all of the machine. The features do not depend on it.
         name: see `Extractor`.
+        farthest: see `Extractor`; 99 % of the right matches are nearer, and nearly half of the
+            features that show something else have no neighbour.
         is_binary: see `Extractor`; descriptors are unit vectors in units of 1/255, as bytes.
 
     Raises:
@@ -58,6 +60,7 @@ class SIFT:
     threads: int = field(default=0, repr=False, compare=False)
     name: str = "sift"
     is_binary: bool = False
+    farthest: float = 140.0
     _core: _core.Sift = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:

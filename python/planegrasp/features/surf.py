@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -47,6 +48,7 @@ class SURF:
     config: SURFConfig = SURFConfig()
     name: str = "surf"
     is_binary: bool = False
+    farthest: float = math.inf
     _extractor: _core.Surf = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 
 
 NATIVE = "native"
+# At least so many neighbours are looked for where the ratio is to one of them.
+_NEIGHBOURS = 16
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,8 +103,11 @@ class NativeIndex:
     weakly textured, shows in a closer look at all descriptors of the faces not found.
     """
 
-    def __init__(self, faces: Sequence[ReferenceSet], *, binary: bool, first: int) -> None:
-        self._index = _core.ReferenceIndex(faces[0].descriptors.shape[1], is_binary=binary)
+    def __init__(
+        self, faces: Sequence[ReferenceSet], *, binary: bool, farthest: float, first: int
+    ) -> None:
+        length = faces[0].descriptors.shape[1]
+        self._index = _core.ReferenceIndex(length, is_binary=binary, farthest=farthest)
         self._first = first or None
         self._closer = np.array([bool(first) and len(f.points) > first for f in faces])
         for face in faces:
@@ -142,6 +148,8 @@ class NeighbourIndex:
 
     def look_closer(self, features: Features, k: int, faces: NDArray[np.uint32]) -> Candidates:
         """See `ReferenceIndex.look_closer`; looks at all faces."""
+        # The nearest elsewhere must be among them: more than a place has oblique views.
+        k = max(k, _NEIGHBOURS)
         indices, distances = self._search.search(features.descriptors, k)
         known = indices >= 0
         face = np.where(known, self._face[indices], -1).astype(np.int32)
@@ -159,7 +167,12 @@ class NeighbourIndex:
 
 
 def make_index(
-    faces: Sequence[ReferenceSet], matcher: str, *, binary: bool, first: int = 0
+    faces: Sequence[ReferenceSet],
+    matcher: str,
+    *,
+    binary: bool,
+    farthest: float = math.inf,
+    first: int = 0,
 ) -> ReferenceIndex:
     """An index over M×D descriptors of each face.
 
@@ -168,6 +181,7 @@ def make_index(
         matcher: "native", a name in `MATCHERS`, or "": native for descriptors of bytes,
             flann-kdtree for others.
         binary: whether descriptors are bit strings, compared by Hamming, or vectors.
+        farthest: the native matcher takes descriptors that are farther apart for unlike.
         first: how many descriptors of a face a first look of the native matcher compares with;
             0 = all.
 
@@ -181,5 +195,5 @@ def make_index(
             "use flann-kdtree or brute-force"
         )
     if matcher == NATIVE or (not matcher and in_bytes):
-        return NativeIndex(faces, binary=binary, first=first)
+        return NativeIndex(faces, binary=binary, farthest=farthest, first=first)
     return NeighbourIndex(faces, matcher or "flann-kdtree", binary=binary)

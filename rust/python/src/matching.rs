@@ -25,8 +25,8 @@ pub struct ReferenceIndex {
 impl ReferenceIndex {
     /// An empty index of descriptors of `length` bytes.
     #[new]
-    #[pyo3(signature = (length, *, is_binary))]
-    fn new(length: usize, is_binary: bool) -> PyResult<Self> {
+    #[pyo3(signature = (length, *, is_binary, farthest = f32::INFINITY))]
+    fn new(length: usize, is_binary: bool, farthest: f32) -> PyResult<Self> {
         if length == 0 {
             return Err(invalid_input("descriptors have at least 1 byte, got 0"));
         }
@@ -34,10 +34,10 @@ impl ReferenceIndex {
             true => Metric::Hamming,
             false => Metric::Euclidean,
         };
-        Ok(Self {
-            index: core::ReferenceIndex::new(metric, length),
-            length,
-        })
+        let index = core::ReferenceIndex::new(metric, length)
+            .with_farthest(farthest)
+            .map_err(from_input_error)?;
+        Ok(Self { index, length })
     }
 
     /// Number of faces that were added, those that were removed too.

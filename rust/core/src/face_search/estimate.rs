@@ -14,7 +14,9 @@ use crate::homography::{PointMatch, Prior, RansacConfig, estimate, refine as ref
 
 /// Rounds of collecting the matches that agree and fitting to them: how far a match may be off, over
 /// the threshold. A rough start is right near the matches that it comes from only.
-const ROUNDS: [f64; 4] = [2.0, 1.5, 1.0, 1.0];
+const ROUNDS: [f64; 3] = [2.0, 1.0, 1.0];
+/// So many inliers are no chance, and only one rigid view agrees with them.
+pub const SURE: usize = 30;
 /// Scale of the loss in refinement over the threshold: most inliers are far better than the worst.
 const LOSS_SCALE: f64 = 0.1;
 
@@ -102,9 +104,12 @@ pub fn refine(
             .max_by(|a, b| score(a, settings).total_cmp(&score(b, settings)))
     };
     let free = refined(start, evidence, None, settings)?;
+    let rigid = refined(&free.matrix, evidence, Some(&prior), settings).unwrap_or(free);
+    if rigid.inliers.len() >= SURE {
+        return Some(rigid);
+    }
     // The view across of a first result, which may have come from few matches, is better known
     // from its own matches.
-    let rigid = refined(&free.matrix, evidence, Some(&prior), settings).unwrap_or(free);
     better(better(rigid)?)
 }
 

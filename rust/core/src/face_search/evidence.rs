@@ -180,12 +180,24 @@ impl FaceEvidence<'_> {
     /// Matches that a homography explains, whatever the ratio test says: the nearest of each
     /// feature whose reference point it puts within `radius` [px].
     pub fn agreeing(&self, H: &Matrix3<f64>, radius: f64) -> Vec<Match> {
+        // Most keypoints occur in many matches.
+        let mapped: Vec<Vector2<f32>> = (0..self.face.len() as u32)
+            .map(|keypoint| {
+                let mapped = H * self.face.point(keypoint).push(1.0);
+                let depth = if mapped.z > 0.0 { mapped.z } else { f64::NAN };
+                (mapped.xy() / depth).cast()
+            })
+            .collect();
+        // Rounding to single precision is far below the tenths of a pixel of a keypoint.
+        let squared = (radius * radius) as f32;
         let mut agreeing: Vec<Match> = Vec::new();
         for one in &self.matches {
-            let known = agreeing
-                .last()
-                .is_some_and(|last| last.feature == one.feature);
-            if !known && one.points.squared_error(H) <= radius * radius {
+            let target: Vector2<f32> = one.points.target.cast();
+            if (mapped[one.reference as usize] - target).norm_squared() <= squared
+                && agreeing
+                    .last()
+                    .is_none_or(|last| last.feature != one.feature)
+            {
                 agreeing.push(*one);
             }
         }

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector2};
 use rayon::prelude::*;
 
-use super::estimate::{HomographyEstimate, from_strict, from_supported, refine};
+use super::estimate::{HomographyEstimate, SURE, from_strict, from_supported, refine};
 use super::evidence::{Evidence, FaceEvidence, Match};
 use super::face::SearchedFace;
 use super::plausible::{coverage, outline, rigidity};
@@ -16,8 +16,8 @@ use crate::alignment::{
 use crate::quadrilateral::Quadrilateral;
 use crate::{Camera, GrayImage};
 
-/// So many inliers are no chance, and only one rigid view agrees with them.
-const SURE: usize = 30;
+/// A way to come by a homography.
+type Source = fn(&FaceEvidence<'_>, &Camera, &SearchSettings) -> Option<HomographyEstimate>;
 
 /// What the search looks at in one frame.
 #[derive(Debug, Clone, Copy)]
@@ -145,7 +145,12 @@ fn find_one(
     }
     let mut evidence = view.evidence.of(number, face);
     for instance in 0..max_instances {
-        let (figures, outcome) = attempt(face, &evidence, view, settings);
+        let sources: &[Source] = match instance {
+            0 => &[from_strict, from_supported],
+            // Support is dear, and finds weak faces: a further instance must pass the ratio test.
+            _ => &[from_strict],
+        };
+        let (figures, outcome) = attempt(face, sources, &evidence, view, settings);
         let outline = outcome.as_ref().ok().map(|found| found.outline);
         if instance == 0 || outline.is_some() {
             attempts.push(Attempt {
@@ -166,6 +171,7 @@ fn find_one(
 /// One attempt at one face: matches, homography, verification.
 fn attempt(
     face: &SearchedFace,
+    sources: &[Source],
     evidence: &FaceEvidence<'_>,
     view: &View<'_>,
     settings: &SearchSettings,
@@ -181,7 +187,7 @@ fn attempt(
         let needed = settings.min_matches;
         (counted, Err(Refusal::TooFewMatches { matches, needed }))
     };
-    for hypothesis in [from_strict, from_supported] {
+    for hypothesis in sources {
         let Some(estimate) = hypothesis(evidence, view.camera, settings) else {
             continue;
         };

@@ -29,6 +29,8 @@ pub struct Search<'a> {
     pub among: &'a [u32],
     /// How many descriptors of each to look at, rounded up to whole blocks.
     pub first: usize,
+    /// Only references nearer than this are neighbours: squared distance, or differing bits.
+    pub farthest: i32,
 }
 
 impl Search<'_> {
@@ -45,7 +47,12 @@ impl Search<'_> {
             .zip(neighbours)
             .zip(found.ratio.par_chunks_mut(QUERIES))
             .for_each_init(
-                || (Tiles::default(), vec![Nearest::new(k); QUERIES]),
+                || {
+                    (
+                        Tiles::default(),
+                        vec![Nearest::new(k, self.farthest); QUERIES],
+                    )
+                },
                 |(tiles, nearest), ((queries, ((face, reference), distance)), ratio)| {
                     self.nearest(queries, tiles, nearest);
                     for (query, nearest) in nearest.iter().take(ratio.len()).enumerate() {
@@ -63,7 +70,11 @@ impl Search<'_> {
 
     /// The nearest of each query of one thread's share.
     fn nearest(&self, queries: &[u8], tiles: &mut Tiles, nearest: &mut [Nearest]) {
-        tiles.fill(queries.chunks_exact(self.length), self.length);
+        tiles.fill(
+            queries.chunks_exact(self.length),
+            self.length,
+            self.farthest,
+        );
         for nearest in nearest.iter_mut() {
             nearest.clear();
         }
@@ -90,7 +101,7 @@ impl Search<'_> {
             .find(|other| self.is_elsewhere((first.face, first.reference), other));
         match elsewhere {
             Some(other) => ratio(self.distance(first.distance), self.distance(other.distance)),
-            None if nearest.len() < k => 0.0,
+            None if nearest.len() < k => self.beyond(self.distance(first.distance)),
             None => OPEN,
         }
     }
@@ -111,7 +122,8 @@ impl Search<'_> {
             .collect();
         for (query, closest) in open.into_iter().zip(closest) {
             let distance = closest.map(|d| self.distance(d));
-            found.ratio[query] = distance.map_or(0.0, |d| ratio(found.distance[query * k], d));
+            let nearest = found.distance[query * k];
+            found.ratio[query] = distance.map_or(self.beyond(nearest), |d| ratio(nearest, d));
         }
     }
 
@@ -124,7 +136,7 @@ impl Search<'_> {
     ) -> Vec<Option<i32>> {
         let mut tiles = Tiles::default();
         let query = |&number: &usize| &queries[number * self.length..][..self.length];
-        tiles.fill(numbers.iter().map(query), self.length);
+        tiles.fill(numbers.iter().map(query), self.length, self.farthest);
         let mut closest = vec![None; numbers.len()];
         for &face in self.among {
             let blocks = self.faces[face as usize].blocks();
@@ -135,11 +147,19 @@ impl Search<'_> {
                     if self.is_elsewhere(first[query], &other) {
                         closest[query] = Some(other.distance);
                     }
-                    closest[query].unwrap_or(i32::MAX)
+                    closest[query].unwrap_or(self.farthest)
                 },
             );
         }
         closest
+    }
+
+    /// The ratio where nothing elsewhere is near: it is at least as far as the farthest neighbour.
+    fn beyond(&self, nearest: f32) -> f32 {
+        match self.farthest {
+            i32::MAX => 0.0,
+            farthest => ratio(nearest, self.distance(farthest)),
+        }
     }
 
     fn is_elsewhere(&self, (face, reference): (u32, u32), other: &Neighbour) -> bool {

@@ -18,6 +18,7 @@ pub struct ReferenceIndex {
     faces: Vec<ReferenceSet>,
     present: Vec<u32>,
     descriptors: usize,
+    farthest: i32,
     settings: ProposalSettings,
     inverted: Option<InvertedFile>,
 }
@@ -37,6 +38,7 @@ impl ReferenceIndex {
             faces: Vec::new(),
             present: Vec::new(),
             descriptors: 0,
+            farthest: i32::MAX,
             settings: ProposalSettings::default(),
             inverted: None,
         }
@@ -49,6 +51,28 @@ impl ReferenceIndex {
     pub fn with_settings(self, settings: ProposalSettings) -> Result<Self, InputError> {
         let settings = settings.checked()?;
         Ok(Self { settings, ..self })
+    }
+
+    /// The same with neighbours nearer than a distance only: others are not alike, and looking for
+    /// them costs time. For an index that is still empty.
+    ///
+    /// # Errors
+    /// [`InputError::OutOfRange`] unless it is > 0; infinity is no limit.
+    pub fn with_farthest(self, distance: f32) -> Result<Self, InputError> {
+        if distance.is_nan() || distance <= 0.0 {
+            return Err(InputError::OutOfRange {
+                name: "the farthest distance",
+                value: f64::from(distance),
+                valid: "> 0",
+            });
+        }
+        let farthest = match self.metric {
+            Metric::Euclidean => distance * distance,
+            Metric::Hamming => distance,
+        };
+        // A conversion from float to integer saturates.
+        let farthest = farthest.ceil() as i32;
+        Ok(Self { farthest, ..self })
     }
 
     /// Adds a face and returns its number: the next one, counting those that were removed.
@@ -183,6 +207,7 @@ impl ReferenceIndex {
             faces: &self.faces,
             among,
             first,
+            farthest: self.farthest,
         };
         search.candidates_into(queries, k, found);
         Ok(())

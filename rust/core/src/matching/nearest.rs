@@ -15,14 +15,16 @@ pub struct Neighbour {
 #[derive(Debug, Clone)]
 pub struct Nearest {
     k: usize,
+    farthest: i32,
     found: Vec<Neighbour>,
 }
 
 impl Nearest {
-    /// None yet; `k` is at least one.
-    pub fn new(k: usize) -> Self {
+    /// None yet; `k` is at least one, and only those nearer than `farthest` get in.
+    pub fn new(k: usize, farthest: i32) -> Self {
         Self {
             k,
+            farthest,
             found: Vec::with_capacity(k),
         }
     }
@@ -31,7 +33,7 @@ impl Nearest {
     pub fn limit(&self) -> i32 {
         match self.found.get(self.k - 1) {
             Some(last) => last.distance,
-            None => i32::MAX,
+            None => self.farthest,
         }
     }
 

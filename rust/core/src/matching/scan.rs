@@ -17,8 +17,14 @@ pub struct Tiles {
 }
 
 impl Tiles {
-    /// Takes over queries of `length` bytes each; anything is near enough for them at first.
-    pub fn fill<'a>(&mut self, queries: impl ExactSizeIterator<Item = &'a [u8]>, length: usize) {
+    /// Takes over queries of `length` bytes each; anything nearer than `farthest` is near enough for
+    /// them at first.
+    pub fn fill<'a>(
+        &mut self,
+        queries: impl ExactSizeIterator<Item = &'a [u8]>,
+        length: usize,
+        farthest: i32,
+    ) {
         let (count, mut queries) = (queries.len(), queries);
         let tiles = count.div_ceil(TILE);
         self.tiles.resize_with(tiles, QueryTile::default);
@@ -28,7 +34,7 @@ impl Tiles {
             let filled = count - number * TILE;
             self.limits
                 .push(std::array::from_fn(|lane| match lane < filled {
-                    true => i32::MAX,
+                    true => farthest,
                     false => i32::MIN,
                 }));
         }

@@ -63,9 +63,9 @@ impl Codebook {
             .par_chunks_mut(SHARE * m)
             .zip(descriptors.par_chunks(SHARE * length))
             .for_each_init(
-                || (Tiles::default(), vec![Nearest::new(m); SHARE]),
+                || (Tiles::default(), vec![Nearest::new(m, i32::MAX); SHARE]),
                 |(tiles, nearest), (found, descriptors)| {
-                    tiles.fill(descriptors.chunks_exact(length), length);
+                    tiles.fill(descriptors.chunks_exact(length), length, i32::MAX);
                     for nearest in nearest.iter_mut() {
                         nearest.clear();
                     }
