@@ -312,3 +312,26 @@ fn settings_out_of_range_are_refused() {
         assert!(config.check().is_err(), "{config:?}");
     }
 }
+
+#[test]
+fn coarse_frames_bring_home_a_start_that_is_too_far_for_the_fine_one() {
+    // Only what the tiles can see decides.
+    let config = AlignmentConfig {
+        max_motion: 60.0,
+        ..AlignmentConfig::default()
+    };
+    for (H, pixels) in [(FRONTAL, -20.0), (FRONTAL, 20.0), (OBLIQUE, 20.0)] {
+        let start = moved(&H, pixels);
+        let pixels = frame(&H, 2.0, same);
+        let image = GrayImage::new(WIDTH, HEIGHT, &pixels).unwrap();
+        let coarse = CoarseFrames::new(&image);
+        let mut workspace = AlignmentWorkspace::new();
+        let reference = reference();
+        let afar = align_from_afar(&reference, &image, &coarse, &start, &config, &mut workspace);
+        let error = corner_error(&afar.unwrap().homography, &H);
+        assert!(error < 0.2, "{error} px from afar");
+        let near = align_in(&pixels, &start, &config);
+        let error = near.map_or(f64::INFINITY, |found| corner_error(&found.homography, &H));
+        assert!(error > 5.0, "{error} px without coarse frames");
+    }
+}

@@ -70,6 +70,16 @@ pub fn view(tilt: f64, roll: f64) -> Matrix3<f64> {
     H / H[(2, 2)]
 }
 
+/// A face with pixel frames that was taught so many times too high.
+pub fn face_taught(points: &[Vector2<f64>], higher: f64) -> SearchedFace {
+    let black = vec![0; WIDTH * HEIGHT];
+    let image = GrayImage::new(WIDTH, HEIGHT, &black).unwrap();
+    let stretch = Matrix3::from_diagonal(&Vector3::new(1.0, higher, 1.0));
+    let frames = vec![[1.0, 0.0, 0.0, 1.0]; points.len()];
+    let points = points.iter().map(|p| [p.x as f32, p.y as f32]).collect();
+    SearchedFace::new(image, stretch * face_from_edge(), points, frames).unwrap()
+}
+
 /// Where a homography puts a point.
 pub fn mapped(H: &Matrix3<f64>, point: Vector2<f64>) -> Vector2<f64> {
     let p = H * point.push(1.0);

@@ -140,9 +140,14 @@ mod tests {
         Matrix2::new(0.5, 0.0, 0.0, 1.0) * Rotation2::new(0.5).matrix() * 1.5
     }
 
-    /// True matches of an affine view first, then wrong ones.
+    /// True matches of an affine view first, all within [`RADIUS`] of each other, then wrong ones.
     fn scene(good: usize, bad: usize, seed: u64) -> Scene {
-        let reference = points(good + bad, 300.0, 300.0, seed);
+        // At most 45 · √2 · 1.5 = 95 px apart in the frame.
+        let near = points(good, 45.0, 45.0, seed).into_iter();
+        let reference: Vec<Vector2<f64>> = near
+            .map(|p| p + Vector2::new(120.0, 100.0))
+            .chain(points(bad, 300.0, 300.0, seed + 500))
+            .collect();
         let wrong = points(bad, 600.0, 600.0, seed + 1000);
         let seen = |p: &Vector2<f64>| true_map() * p + Vector2::new(50.0, 40.0);
         let mut random = SplitMix64::new(seed + 2000);
@@ -162,17 +167,24 @@ mod tests {
         }
     }
 
-    /// The features of the matches that are supported, the best supported first.
+    /// The features of the matches that are supported, and of their supporters; the best supported
+    /// first.
     fn kept(scene: &Scene) -> Vec<u32> {
+        kept_of(scene, 1.0)
+    }
+
+    /// The same where support is looked for only for matches that pass a ratio test.
+    fn kept_of(scene: &Scene, max_ratio: f64) -> Vec<u32> {
         let face = face(
             &scene.reference,
             scene.maps.iter().map(frame_seen_as).collect(),
         );
         let evidence = one_each(&scene.image, &scene.ratio);
         let of_face = evidence.of(0, &face);
-        let all = of_face.passing(1.0);
-        assert_eq!(all.len(), scene.reference.len());
-        supported(&all, &of_face)
+        let passing = of_face.passing(max_ratio);
+        let expected = scene.ratio.iter().filter(|&&r| f64::from(r) < max_ratio);
+        assert_eq!(passing.len(), expected.count());
+        supported(&passing, &of_face)
             .iter()
             .map(|one| one.feature)
             .collect()
@@ -186,6 +198,29 @@ mod tests {
         first.sort_unstable();
         assert_eq!(first, (0..10).collect::<Vec<u32>>());
         assert!(kept.len() <= 12, "{kept:?}");
+    }
+
+    #[test]
+    fn supporters_need_not_pass_the_ratio_test() {
+        let mut scene = scene(10, 40, 0);
+        scene.ratio.fill(1.5);
+        scene.ratio[3] = 0.5;
+        let mut kept = kept_of(&scene, 0.9);
+        kept.sort_unstable();
+        assert_eq!(kept, (0..10).collect::<Vec<u32>>());
+    }
+
+    #[test]
+    fn what_lies_far_away_supports_nothing() {
+        let mut scene = scene(6, 0, 0);
+        // As exact as before, but 200 px apart, two by two: each has one other near it.
+        for (i, (reference, image)) in scene.reference.iter_mut().zip(&mut scene.image).enumerate()
+        {
+            let shift = Vector2::new(400.0 * (i / 2) as f64, 0.0);
+            *reference += shift;
+            *image += true_map() * shift;
+        }
+        assert!(kept(&scene).is_empty());
     }
 
     #[test]
