@@ -27,7 +27,7 @@ def box():
 
 def reference(model, name):
     # Descriptors take no part in grouping.
-    return FaceReference(model, model.face(name), None)
+    return FaceReference(model, model.face(name))
 
 
 def pose(x=0.0, turn=40.0, z=0.6):

@@ -70,12 +70,20 @@ class Pairs:
         frames = np.linalg.inv(self.affine).astype(np.float32)
         descriptors = np.zeros((len(self), 0), np.float32)
         kept = ReferenceSet(self.reference.astype(np.float32), frames, descriptors, 5.0)
-        return FaceReference(MODEL, MODEL.faces[0], kept)
+        return FaceReference(MODEL, MODEL.faces[0]), kept
 
     def search(self, config=CONFIG):
         """A search for this one face, and the evidence of these matches."""
-        search = FaceSearch([self.face()], config)
+        search = searching([self.face()], config)
         return search, search.evidence(self.candidates(), self.features(), self.image)
+
+
+def searching(faces, config=CONFIG):
+    """A search for these faces."""
+    search = FaceSearch(config)
+    for reference, features in faces:
+        search.add(reference, features)
+    return search
 
 
 def pairs(reference, image, ratio=None, affine=None):
@@ -96,7 +104,7 @@ def scene(rng, good, bad=0, noise=0.0, H=None):
 
 def hypotheses(matches, config=CONFIG):
     search, evidence = matches.search(config)
-    return search.hypotheses(evidence, 0)
+    return search.hypotheses(evidence, 0, CAMERA)
 
 
 def first(matches, config=CONFIG):
@@ -105,7 +113,7 @@ def first(matches, config=CONFIG):
 
 def refine(start, matches):
     search, evidence = matches.search()
-    return search.refine(start, evidence, 0)
+    return search.refine(start, evidence, 0, CAMERA)
 
 
 def view_of(matches, evidence, gray=NOTHING, camera=CAMERA):
@@ -333,7 +341,7 @@ def test_an_instance_that_does_not_look_like_the_face_is_no_instance():
 
 def test_only_what_was_found_is_reported_where_no_explanation_is_asked_for():
     some, none = two_instances(), pairs(*scene(np.random.default_rng(0), 4))
-    search = FaceSearch([some.face(), none.face()], CONFIG)
+    search = searching([some.face(), none.face()])
     evidence = search.evidence(some.candidates(), some.features(), some.image)
     view = view_of(some, evidence, seen_at(LEFT, RIGHT))
     for explain, expected in ((True, [True, True, False]), (False, [True, True])):
@@ -345,7 +353,7 @@ def test_only_what_was_found_is_reported_where_no_explanation_is_asked_for():
 
 def test_a_reference_without_features_is_reported_as_such():
     some, empty = two_instances(), pairs(np.zeros((0, 2)), np.zeros((0, 2)))
-    search = FaceSearch([empty.face(), some.face()], CONFIG)
+    search = searching([empty.face(), some.face()])
     evidence = search.evidence(some.candidates(), some.features(), some.image)
     _, (report, other) = find_all(search, view_of(some, evidence), faces=2)
     assert report.stage == "features"
@@ -394,8 +402,8 @@ def test_faces_that_are_not_there_are_refused(number):
     for ask in (
         lambda: search.look_where(number, LEFT, view),
         lambda: search.matches(evidence, number, 0.8),
-        lambda: search.hypotheses(evidence, number),
-        lambda: search.refine(LEFT, evidence, number),
+        lambda: search.hypotheses(evidence, number, CAMERA),
+        lambda: search.refine(LEFT, evidence, number, CAMERA),
     ):
         with pytest.raises(InvalidInputError, match=f"there are 1 faces, got the number {number}"):
             ask()
@@ -403,7 +411,7 @@ def test_faces_that_are_not_there_are_refused(number):
 
 def test_only_the_faces_asked_for_are_looked_for():
     some = two_instances()
-    search = FaceSearch([some.face()] * 3, CONFIG)
+    search = searching([some.face()] * 3)
     evidence = search.evidence(some.candidates(), some.features(), some.image)
     view = view_of(some, evidence, seen_at(LEFT, RIGHT))
     for faces, found in (([], 0), ([1, 2], 0), ([2, 0], 2)):
@@ -416,14 +424,14 @@ def test_only_the_faces_asked_for_are_looked_for():
 
 def test_evidence_for_other_faces_is_refused():
     some = two_instances()
-    search, evidence = FaceSearch([some.face(), some.face()], CONFIG), some.search()[1]
+    search, evidence = searching([some.face(), some.face()]), some.search()[1]
     view = view_of(some, evidence)
     for ask in (
         lambda: find_all(search, view),
         lambda: search.look_where(0, LEFT, view),
         lambda: search.matches(evidence, 0, 0.8),
-        lambda: search.hypotheses(evidence, 0),
-        lambda: search.refine(LEFT, evidence, 0),
+        lambda: search.hypotheses(evidence, 0, CAMERA),
+        lambda: search.refine(LEFT, evidence, 0, CAMERA),
     ):
         with pytest.raises(InvalidInputError, match="sorted for 1 faces, there are 2"):
             ask()
@@ -511,16 +519,16 @@ def test_homographies_of_other_shapes_are_refused(shape):
     some = two_instances()
     search, evidence = some.search()
     with pytest.raises(InvalidInputError, match="start must be 3×3"):
-        search.refine(np.zeros(shape), evidence, 0)
+        search.refine(np.zeros(shape), evidence, 0, CAMERA)
     with pytest.raises(InvalidInputError, match="predicted must be 3×3"):
         search.look_where(0, np.zeros(shape), view_of(some, evidence))
 
 
 def test_a_frame_without_features_has_no_faces():
     some, empty = two_instances(), pairs(np.zeros((0, 2)), np.zeros((0, 2)))
-    search = FaceSearch([some.face()], CONFIG)
+    search = searching([some.face()])
     evidence = search.evidence(empty.candidates(), empty.features(), empty.image)
     found, (report,) = find_all(search, view_of(empty, evidence))
     assert not found
     assert (report.stage, report.figures) == ("matching", {"features": 0, "matches": 0})
-    assert search.hypotheses(evidence, 0) == []
+    assert search.hypotheses(evidence, 0, CAMERA) == []

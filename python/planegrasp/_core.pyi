@@ -268,6 +268,10 @@ class FaceSearch:
 
     def __new__(cls, settings: SearchSettings) -> FaceSearch: ...
     def __len__(self) -> int: ...
+    @property
+    def nbytes(self) -> int:
+        """Bytes that the faces occupy."""
+
     def add(
         self,
         face_from_edge: NDArray[np.float64],
@@ -363,14 +367,17 @@ class ReferenceIndex:
     def __len__(self) -> int:
         """Number of faces that were added, those that were removed too."""
 
+    @property
+    def nbytes(self) -> int:
+        """Bytes that it occupies."""
+
     def add(
         self,
         points: NDArray[np.float32],
-        frames: NDArray[np.float32],
         descriptors: NDArray[np.uint8],
         radius: float,
     ) -> int:
-        """Add a face (N×2, N×2×2, N×length; see `planegrasp.matching.ReferenceSet`).
+        """Add a face (N×2, N×length; see `planegrasp.matching.ReferenceSet`).
 
         Returns:
             Its number: the next one, counting those that were removed.

@@ -16,7 +16,7 @@ from planegrasp.features.pruning import PruningConfig
 from planegrasp.grouping import group_faces, observe, predicted_homography
 from planegrasp.homography import HomographyConfig
 from planegrasp.library import ObjectLibrary
-from planegrasp.matching.index import make_index
+from planegrasp.matching.index import NativeIndex, make_index
 from planegrasp.pose import make_pose_estimator
 from planegrasp.references import prepare_face
 from planegrasp.search import FaceSearch, View
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from planegrasp.features import Extractor
     from planegrasp.geometry import PinholeCamera
     from planegrasp.grouping import Found
+    from planegrasp.matching.index import ReferenceIndex, ReferenceSet
     from planegrasp.objects import ObjectModel
     from planegrasp.pose.base import PoseEstimate, PoseEstimator
     from planegrasp.references import FaceReference
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
 
 
 # A face that the first look found with fewer inliers is looked at closer, too: few may be wrong.
-_SURE = 20
+_SURE = 12
 # Extractors whose features of oblique views recognise a face from the side.
 _OBLIQUE = ("sift", "surf", "opencv-sift")
 
@@ -90,34 +91,66 @@ class Detector:
     """Finds the objects of a library in RGB-D frames.
 
     Features of the objects are extracted when the detector is made (or taken from the library's
-    cache); objects added to the library later need a new detector.
+    cache); objects added to the library later need `add`, or a new detector.
+
+    Attributes:
+        config: its settings.
+        references: all faces it looks for.
 
     Raises:
         LibraryError: the library is empty.
         InvalidInputError: the configuration names something unknown, or two objects have one name.
     """
 
+    config: DetectorConfig
+    references: tuple[FaceReference, ...]
+    _index: ReferenceIndex
+    _search: FaceSearch
+
     def __init__(
         self, library: ObjectLibrary | Iterable[ObjectModel], config: DetectorConfig | None = None
     ) -> None:
-        self.config = config or DetectorConfig()
-        extractor, pose = self.config.extractor, self.config.pose
-        self._extractor = make_extractor(extractor) if isinstance(extractor, str) else extractor
-        self._pose = make_pose_estimator(pose) if isinstance(pose, str) else pose
-        self.references: tuple[FaceReference, ...] = tuple(self._prepare(library))
-        if not self.references:
-            raise LibraryError("the library is empty: teach an object first (`planegrasp teach`)")
-        usable = [r.set for r in self.references if len(r.set.points)]
-        if not usable:
-            raise LibraryError("no object of the library has features to be found by")
-        self._index = make_index(
-            [r.set for r in self.references],
-            self.config.matcher,
-            binary=self._extractor.is_binary,
-            farthest=self._extractor.farthest,
-            first=self.config.first_look,
-        )
-        self._search = FaceSearch(self.references, self.config.homography)
+        self._configure(config)
+        prepared = [face for model in library for face in self._prepared(model, library)]
+        self._take(prepared)
+
+    @classmethod
+    def of(
+        cls,
+        prepared: Sequence[tuple[FaceReference, ReferenceSet]],
+        config: DetectorConfig | None = None,
+    ) -> Detector:
+        """A detector of faces that another one of the same settings has prepared already."""
+        detector = cls.__new__(cls)
+        detector._configure(config)
+        detector._take(prepared)
+        return detector
+
+    def prepared(self, model: ObjectModel) -> list[tuple[FaceReference, ReferenceSet]]:
+        """An object's faces with their features, for `of`."""
+        return list(self._prepared(model, ()))
+
+    def add(self, model: ObjectModel) -> None:
+        """Look for another object from the next frame on; the others stay as they are.
+
+        Raises:
+            InvalidInputError: an object has this name already, or the matcher cannot grow.
+        """
+        if any(reference.object.name == model.name for reference in self.references):
+            raise InvalidInputError(f"two objects are called {model.name!r}")
+        if not isinstance(self._index, NativeIndex):
+            raise InvalidInputError("only the native matcher can grow: make a new detector")
+        for reference, features in self._prepared(model, ()):
+            self._index.add(features)
+            self._search.add(reference, features)
+            self.references = (*self.references, reference)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes that the library occupies: descriptors, what is prepared of the images, images."""
+        index = self._index.nbytes if isinstance(self._index, NativeIndex) else 0
+        images = sum(reference.face.image.nbytes for reference in self.references)
+        return index + self._search.nbytes + images
 
     def detect(self, frame: RGBDFrame) -> list[Detection]:
         """All instances of all objects in a frame, best supported first."""
@@ -236,27 +269,53 @@ class Detector:
                 by_object.setdefault(reference.object.name, []).append((reference, detection))
         yield from by_object.values()
 
-    def _prepare(self, library: ObjectLibrary | Iterable[ObjectModel]) -> Iterator[FaceReference]:
+    def _configure(self, config: DetectorConfig | None) -> None:
+        self.config = config or DetectorConfig()
+        extractor, pose = self.config.extractor, self.config.pose
+        self._extractor = make_extractor(extractor) if isinstance(extractor, str) else extractor
+        self._pose = make_pose_estimator(pose) if isinstance(pose, str) else pose
+
+    def _take(self, prepared: Sequence[tuple[FaceReference, ReferenceSet]]) -> None:
+        """Index the faces of all objects."""
+        if not prepared:
+            raise LibraryError("the library is empty: teach an object first (`planegrasp teach`)")
+        if not any(len(features.points) for _, features in prepared):
+            raise LibraryError("no object of the library has features to be found by")
+        by_name: dict[str, ObjectModel] = {}
+        for reference, _ in prepared:
+            if by_name.setdefault(reference.object.name, reference.object) is not reference.object:
+                raise InvalidInputError(f"two objects are called {reference.object.name!r}")
+        self.references = tuple(reference for reference, _ in prepared)
+        self._index = make_index(
+            [features for _, features in prepared],
+            self.config.matcher,
+            binary=self._extractor.is_binary,
+            farthest=self._extractor.farthest,
+            first=self.config.first_look,
+        )
+        self._search = FaceSearch(self.config.homography)
+        for reference, features in prepared:
+            self._search.add(reference, features)
+
+    def _prepared(
+        self, model: ObjectModel, library: ObjectLibrary | Iterable[ObjectModel]
+    ) -> Iterator[tuple[FaceReference, ReferenceSet]]:
+        """The faces of an object with their features, from a library's cache where there is one."""
         oblique = self.config.oblique
         if oblique is None:
             oblique = ObliqueConfig() if self._extractor.name in _OBLIQUE else FRONTAL
-        names: set[str] = set()
-        for model in library:
-            if model.name in names:
-                raise InvalidInputError(f"two objects are called {model.name!r}")
-            names.add(model.name)
-            cache = library.cache_dir(model.name) if isinstance(library, ObjectLibrary) else None
-            for face in model.faces:
-                yield prepare_face(
-                    model,
-                    face,
-                    self._extractor,
-                    oblique,
-                    pruning=self.config.pruning,
-                    longest_side=self.config.reference_side,
-                    same_place=self.config.same_place,
-                    cache=cache,
-                )
+        cache = library.cache_dir(model.name) if isinstance(library, ObjectLibrary) else None
+        for face in model.faces:
+            yield prepare_face(
+                model,
+                face,
+                self._extractor,
+                oblique,
+                pruning=self.config.pruning,
+                longest_side=self.config.reference_side,
+                same_place=self.config.same_place,
+                cache=cache,
+            )
 
 
 def _with_others(report: FaceReport, detections: Sequence[Detection]) -> FaceReport:

@@ -34,12 +34,10 @@ class FaceReference:
     Attributes:
         object: the object that carries the face.
         face: the face.
-        set: its descriptors.
     """
 
     object: ObjectModel
     face: PlanarFace
-    set: ReferenceSet
 
     @property
     def size(self) -> tuple[int, int]:
@@ -58,7 +56,7 @@ def prepare_face(
     longest_side: int,
     same_place: float,
     cache: Path | None = None,
-) -> FaceReference:
+) -> tuple[FaceReference, ReferenceSet]:
     """Extract the features of a face, or take them from a cache.
 
     Args:
@@ -71,6 +69,9 @@ def prepare_face(
             the camera will see costs memory and finds wrong matches.
         same_place: distance below which two points are the same place, over the longest side.
         cache: the object's cache folder, or None.
+
+    Returns:
+        The face, and its features for the index and the search.
     """
     gray = cv2.cvtColor(face.image, cv2.COLOR_RGB2GRAY)
     height, width = gray.shape
@@ -95,7 +96,7 @@ def prepare_face(
         cast("NDArray[np.float32]", arrays["descriptors"]),
         same_place * max(width, height),
     )
-    return FaceReference(model, face, references)
+    return FaceReference(model, face), references
 
 
 def _useful(

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from planegrasp.features import Features
     from planegrasp.geometry import PinholeCamera
     from planegrasp.homography import HomographyConfig
-    from planegrasp.matching.index import Candidates
+    from planegrasp.matching.index import Candidates, ReferenceSet
     from planegrasp.references import FaceReference
 
 
@@ -65,16 +65,24 @@ class Outcome:
 class FaceSearch:
     """Turns the candidates of a frame into verified faces, and says why others are not there."""
 
-    def __init__(self, references: Sequence[FaceReference], config: HomographyConfig) -> None:
-        self._references = references
+    def __init__(self, config: HomographyConfig) -> None:
+        self._references: list[FaceReference] = []
         self._core = _core.FaceSearch(_core.SearchSettings(**asdict(config)))
-        for reference in references:
-            self._core.add(
-                reference.face.face_from_edge,
-                reference.set.points,
-                reference.set.frames,
-                cv2.cvtColor(reference.face.image, cv2.COLOR_RGB2GRAY).astype(np.uint8),
-            )
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes that the faces occupy, without the objects' own images."""
+        return self._core.nbytes
+
+    def add(self, reference: FaceReference, features: ReferenceSet) -> None:
+        """Add a face, which gets the next number."""
+        self._core.add(
+            reference.face.face_from_edge,
+            features.points,
+            features.frames,
+            cv2.cvtColor(reference.face.image, cv2.COLOR_RGB2GRAY).astype(np.uint8),
+        )
+        self._references.append(reference)
 
     def evidence(
         self, candidates: Candidates, features: Features, image_points: NDArray[np.float64]

@@ -10,14 +10,13 @@ from planegrasp.errors import InvalidInputError
 def face(n, length, seed):
     rng = np.random.default_rng(seed)
     points = rng.integers(0, 4, (n, 2)).astype(np.float32) * 10
-    frames = np.tile(np.eye(2, dtype=np.float32), (n, 1, 1))
-    return points, frames, rng.integers(0, 128, (n, length)).astype(np.uint8)
+    return points, rng.integers(0, 128, (n, length)).astype(np.uint8)
 
 
 def index_of(faces, length, radius, *, is_binary=False):
     index = _core.ReferenceIndex(length, is_binary=is_binary)
-    for number, (points, frames, descriptors) in enumerate(faces):
-        assert index.add(points, frames, descriptors, radius) == number
+    for number, (points, descriptors) in enumerate(faces):
+        assert index.add(points, descriptors, radius) == number
     assert len(index) == len(faces)
     return index
 
@@ -103,14 +102,13 @@ def test_only_the_faces_and_the_first_descriptors_asked_for_are_looked_at():
     ("change", "message"),
     [
         ({"points": np.zeros((5, 3), np.float32)}, r"points must be N rows of shape \[2\]"),
-        ({"frames": np.zeros((5, 4), np.float32)}, r"frames must be N rows of shape \[2, 2\]"),
         ({"descriptors": np.zeros((5, 9), np.uint8)}, r"descriptors must be N×8, got .*\[5, 9\]"),
         ({"descriptors": np.zeros((4, 8), np.uint8)}, "5 keypoints need 5 descriptors"),
     ],
 )
 def test_arrays_that_do_not_fit_are_refused(change, message):
-    points, frames, descriptors = face(5, 8, 0)
-    arrays = {"points": points, "frames": frames, "descriptors": descriptors} | change
+    points, descriptors = face(5, 8, 0)
+    arrays = {"points": points, "descriptors": descriptors} | change
     with pytest.raises(InvalidInputError, match=message):
         _core.ReferenceIndex(8, is_binary=False).add(**arrays, radius=1.0)
 

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from planegrasp.bench.robust import Estimator
     from planegrasp.features.base import Extractor
     from planegrasp.objects import ObjectModel
-    from planegrasp.references import FaceReference
     from planegrasp.rgbd import RGBDFrame
     from planegrasp.simulation import Rendering
 
@@ -77,7 +76,7 @@ class _Matcher:
     def __init__(self, model: ObjectModel, extractor: Extractor) -> None:
         self._config = DetectorConfig()
         self._extractor = extractor
-        self.reference: FaceReference = prepare_face(
+        self.reference, features = prepare_face(
             model,
             model.faces[0],
             extractor,
@@ -86,8 +85,9 @@ class _Matcher:
             longest_side=self._config.reference_side,
             same_place=self._config.same_place,
         )
-        self._index = make_index([self.reference.set], "", binary=extractor.is_binary)
-        self.search = FaceSearch([self.reference], self._config.homography)
+        self._index = make_index([features], "", binary=extractor.is_binary)
+        self.search = FaceSearch(self._config.homography)
+        self.search.add(self.reference, features)
 
     def evidence(self, frame: RGBDFrame) -> Evidence:
         """The nearest references of the frame's features."""

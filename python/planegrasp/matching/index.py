@@ -109,18 +109,27 @@ class NativeIndex:
         length = faces[0].descriptors.shape[1]
         self._index = _core.ReferenceIndex(length, is_binary=binary, farthest=farthest)
         self._first = first or None
-        self._closer = np.array([bool(first) and len(f.points) > first for f in faces])
+        self._closer: list[bool] = []
         for face in faces:
-            self._index.add(
-                face.points, face.frames, face.descriptors.astype(np.uint8, copy=False), face.radius
-            )
+            self.add(face)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes that it occupies."""
+        return self._index.nbytes
+
+    def add(self, face: ReferenceSet) -> None:
+        """Add a face, which gets the next number; nothing is built anew."""
+        descriptors = face.descriptors.astype(np.uint8, copy=False)
+        self._index.add(face.points, descriptors, face.radius)
+        self._closer.append(self._first is not None and len(face.points) > self._first)
 
     def look(self, features: Features, k: int) -> Look:
         """See `ReferenceIndex.look`."""
         descriptors = features.descriptors.astype(np.uint8, copy=False)
         faces = self._index.propose(descriptors)
         found = self._index.candidates(descriptors, k, among=faces, first=self._first)
-        return Look(Candidates(*found), faces, bool(self._closer[faces].any()))
+        return Look(Candidates(*found), faces, any(self._closer[face] for face in faces))
 
     def look_closer(self, features: Features, k: int, faces: NDArray[np.uint32]) -> Candidates:
         """See `ReferenceIndex.look_closer`."""

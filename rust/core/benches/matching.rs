@@ -23,8 +23,7 @@ fn index(metric: Metric, length: usize, faces: usize, kernel: Kernel) -> Referen
             .map(|i| [(i % 50) as f32, (i / 50) as f32])
             .collect();
         let bytes = descriptors(PER_FACE, length, &mut random);
-        let frames = vec![[1.0, 0.0, 0.0, 1.0]; PER_FACE];
-        let set = ReferenceSet::new(points, frames, bytes, length, 1.5);
+        let set = ReferenceSet::new(points, bytes, length, 1.5);
         set.and_then(|set| index.add(set))
             .expect("the set fits the index");
     }

@@ -288,6 +288,12 @@ impl FaceSearch {
         self.faces.len()
     }
 
+    /// Bytes that the faces occupy.
+    #[getter]
+    fn nbytes(&self) -> usize {
+        self.faces.iter().map(core::SearchedFace::bytes).sum()
+    }
+
     /// Adds a face, which gets the next number.
     fn add(
         &mut self,

@@ -45,20 +45,24 @@ impl ReferenceIndex {
         self.index.faces().len()
     }
 
+    /// Bytes that it occupies.
+    #[getter]
+    fn nbytes(&self) -> usize {
+        self.index.bytes()
+    }
+
     /// Adds a face and returns its number.
     fn add(
         &mut self,
         py: Python<'_>,
         points: PyReadonlyArrayDyn<'_, f32>,
-        frames: PyReadonlyArrayDyn<'_, f32>,
         descriptors: PyReadonlyArrayDyn<'_, u8>,
         radius: f32,
     ) -> PyResult<usize> {
         let points = rows(&points, &[2], "points")?;
-        let frames = rows(&frames, &[2, 2], "frames")?;
         let descriptors = self.descriptors(&descriptors)?;
         py.detach(|| {
-            let set = core::ReferenceSet::new(points, frames, descriptors, self.length, radius)?;
+            let set = core::ReferenceSet::new(points, descriptors, self.length, radius)?;
             self.index.add(set)
         })
         .map_err(from_input_error)

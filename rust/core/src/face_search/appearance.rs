@@ -50,6 +50,11 @@ impl Appearance {
         })
     }
 
+    /// Bytes that it occupies.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.image[..])
+    }
+
     /// Share of the reference's textured cells that the frame shows, 0 … 1.
     ///
     /// Cells are compared by normalised cross-correlation, so lighting does not matter; a cell

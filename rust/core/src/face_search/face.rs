@@ -66,6 +66,13 @@ impl SearchedFace {
         })
     }
 
+    /// Bytes that it occupies.
+    pub fn bytes(&self) -> usize {
+        let keypoints = size_of_val(&self.points[..]) + size_of_val(&self.frames[..]);
+        let alignment = self.alignment.as_ref().map_or(0, AlignmentReference::bytes);
+        keypoints + self.appearance.bytes() + alignment
+    }
+
     /// Number of keypoints.
     pub fn len(&self) -> usize {
         self.points.len()

@@ -16,6 +16,9 @@ use crate::alignment::{
 use crate::quadrilateral::Quadrilateral;
 use crate::{Camera, GrayImage};
 
+/// Alignments of a wrong rigid view stay below this correlation, those of the right one above.
+const GOOD_SCORE: f64 = 0.9;
+
 /// A way to come by a homography.
 type Source = fn(&FaceEvidence<'_>, &Camera, &SearchSettings) -> Option<HomographyEstimate>;
 
@@ -284,8 +287,10 @@ fn aligned(
         &config,
         &mut workspace,
     );
+    // Only what aligns badly needs another start.
+    let good = direct.as_ref().is_some_and(is_good);
     let mut alignments: Vec<Alignment> = direct.into_iter().collect();
-    if found.inliers.len() < SURE {
+    if found.inliers.len() < SURE && !good {
         let coarse = CoarseFrames::new(&view.gray);
         let views = rigid_views(&found.homography, &found.inliers, face, view.camera);
         alignments.extend(views.iter().filter_map(|start| {
@@ -320,6 +325,11 @@ fn aligned(
         }
         None => (found, tiles),
     }
+}
+
+/// Whether an alignment leaves no doubt that it is the right one.
+fn is_good(alignment: &Alignment) -> bool {
+    2 * alignment.tiles >= alignment.compared && alignment.score_after >= GOOD_SCORE
 }
 
 #[cfg(test)]

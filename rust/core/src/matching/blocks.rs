@@ -24,6 +24,11 @@ pub struct DescriptorBlocks {
 }
 
 impl DescriptorBlocks {
+    /// Bytes that they occupy.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.lanes[..]) + size_of_val(&self.norms[..])
+    }
+
     /// Packs descriptors of `length` bytes that lie one after the other; an incomplete last one is
     /// left out.
     pub fn new(descriptors: &[u8], length: usize) -> Self {

@@ -136,6 +136,12 @@ impl ReferenceIndex {
         Ok(())
     }
 
+    /// Bytes that the descriptors, their points and the inverted file occupy.
+    pub fn bytes(&self) -> usize {
+        let sets: usize = self.faces.iter().map(ReferenceSet::bytes).sum();
+        sets + self.inverted.as_ref().map_or(0, InvertedFile::bytes)
+    }
+
     /// The faces in the order in which they were added; removed ones are empty.
     pub fn faces(&self) -> &[ReferenceSet] {
         &self.faces

@@ -19,7 +19,6 @@ const LONGEST: usize = 4096;
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ReferenceSet {
     points: Vec<[f32; 2]>,
-    frames: Vec<[f32; 4]>,
     descriptors: DescriptorBlocks,
     radius: f32,
 }
@@ -27,16 +26,14 @@ pub struct ReferenceSet {
 impl ReferenceSet {
     /// One face.
     ///
-    /// `points`: reference image in edge coordinates. `frames`: 2×2 row by row, from each
-    /// keypoint's own frame to the reference image. `descriptors`: `length` bytes a point.
+    /// `points`: reference image in edge coordinates. `descriptors`: `length` bytes a point.
     /// `radius`: two points closer than this are the same place.
     ///
     /// # Errors
-    /// [`InputError::DescriptorCount`] unless there is one frame and one descriptor a point,
+    /// [`InputError::DescriptorCount`] unless there is one descriptor a point,
     /// [`InputError::OutOfRange`] for a length of 0 or above 4096.
     pub fn new(
         points: Vec<[f32; 2]>,
-        frames: Vec<[f32; 4]>,
         descriptors: Vec<u8>,
         length: usize,
         radius: f32,
@@ -48,7 +45,7 @@ impl ReferenceSet {
                 valid: "1 to 4096 bytes",
             });
         }
-        if frames.len() != points.len() || descriptors.len() != points.len() * length {
+        if descriptors.len() != points.len() * length {
             return Err(InputError::DescriptorCount {
                 points: points.len(),
                 length,
@@ -57,7 +54,6 @@ impl ReferenceSet {
         }
         Ok(Self {
             points,
-            frames,
             descriptors: DescriptorBlocks::new(&descriptors, length),
             radius,
         })
@@ -68,6 +64,11 @@ impl ReferenceSet {
         self.points.len()
     }
 
+    /// Bytes that it occupies.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.points.as_slice()) + self.descriptors.bytes()
+    }
+
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.points.is_empty()
@@ -76,11 +77,6 @@ impl ReferenceSet {
     /// Where the descriptors were taken, reference image in edge coordinates.
     pub fn points(&self) -> &[[f32; 2]] {
         &self.points
-    }
-
-    /// From each keypoint's own frame to the reference image, 2×2 row by row.
-    pub fn frames(&self) -> &[[f32; 4]] {
-        &self.frames
     }
 
     /// A copy of the descriptors, one after the other.

@@ -253,7 +253,7 @@ fn few_inliers_that_do_not_look_like_the_reference_are_refused_for_their_tiles()
             min_doubtful_tiles: least,
             ..blind()
         };
-        find(&[face.clone()], &[0], &view_of, &settings, 1).remove(0)
+        find(std::slice::from_ref(&face), &[0], &view_of, &settings, 1).remove(0)
     };
     let refused = outcome(0.9);
     assert_eq!(refused.figures.inliers, Some(14));

@@ -64,6 +64,14 @@ impl InvertedFile {
         file
     }
 
+    /// Bytes that the lists of the words occupy.
+    pub fn bytes(&self) -> usize {
+        let lists = self.lists.iter();
+        lists
+            .map(|list| size_of_val(&list.signatures[..]) + size_of_val(&list.faces[..]))
+            .sum()
+    }
+
     /// Whether the words were trained on a library that is small against one of this size.
     pub fn is_outgrown(&self, descriptors: usize) -> bool {
         descriptors >= GROWTH * self.trained_on

@@ -14,7 +14,7 @@ fn library(metric: Metric, random: &mut SplitMix64) -> Vec<ReferenceSet> {
             let bytes = (0..count * 32).map(|_| random.index(256) as u8).collect();
             let points = (0..count).map(|i| [i as f32, 0.0]).collect();
             let radius = if metric == Metric::Hamming { 0.5 } else { 2.5 };
-            ReferenceSet::new(points, vec![[0.0; 4]; count], bytes, 32, radius).unwrap()
+            ReferenceSet::new(points, bytes, 32, radius).unwrap()
         })
         .collect()
 }
@@ -199,9 +199,9 @@ fn descriptors_that_are_all_alike_can_be_proposed() {
         let index = ReferenceIndex::new(Metric::Euclidean, 4);
         let mut index = index.with_settings(settings).unwrap();
         for _ in 0..8 {
-            let (points, frames) = (vec![[0.0; 2]; 9], vec![[0.0; 4]; 9]);
+            let points = vec![[0.0; 2]; 9];
             index
-                .add(ReferenceSet::new(points, frames, vec![byte; 36], 4, 1.0).unwrap())
+                .add(ReferenceSet::new(points, vec![byte; 36], 4, 1.0).unwrap())
                 .unwrap();
         }
         let found = index.candidates(&[byte; 4], 1).unwrap();
