@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 use super::*;
 use crate::face_search::evidence::ImageFeatures;
 use crate::face_search::scenes::{
-    HEIGHT, WIDTH, camera, features, mapped, plain_face, points, settings, view,
+    HEIGHT, WIDTH, camera, features, mapped, one_each, plain_face, points, settings, view,
 };
 use crate::matching::Candidates;
 use crate::random::SplitMix64;
@@ -134,6 +134,25 @@ fn a_face_is_found_where_it_is_and_refused_for_what_it_lacks() {
         refused(|s| s.min_agreement = 0.1),
         Refusal::Agreement { .. }
     ));
+}
+
+#[test]
+fn keypoints_beyond_the_reference_are_no_second_instance() {
+    let reference = points(60, WIDTH as f64, 2.0 * HEIGHT as f64, 3);
+    let image: Vec<_> = reference
+        .iter()
+        .map(|p| mapped(&view(0.0, 0.0), *p))
+        .collect();
+    let faces = [plain_face(&reference)];
+    let camera = camera();
+    let view_of = View {
+        evidence: &one_each(&image, &[0.5; 60]),
+        gray: GrayImage::new(640, 480, &BLACK).unwrap(),
+        camera: &camera,
+    };
+    let attempts = find(&faces, &[0], &view_of, &blind(), usize::MAX);
+    assert_eq!(attempts.len(), 1);
+    assert!(attempts[0].outcome.is_ok());
 }
 
 #[test]
