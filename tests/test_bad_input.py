@@ -109,14 +109,12 @@ def test_the_core_takes_or_refuses_images_without_a_patch(taking, shape):
         assert taking not in EXTRACTING or len(result) == 0
 
 
-@pytest.mark.parametrize("name", ["sift", "surf"])
-def test_very_long_images_are_searched_or_refused(name):
-    for shape in ((2, 100_000), (100_000, 2)):
-        try:
-            assert len(make_extractor(name).extract(np.zeros(shape, np.uint8))) == 0
-        except InvalidInputError as error:
-            assert name == "sift"
-            assert "at most 65536 px" in str(error)
+@pytest.mark.parametrize("shape", [(2, 100_000), (100_000, 2)])
+def test_very_long_images_are_refused_by_sift_and_searched_by_surf(shape):
+    long = np.zeros(shape, np.uint8)
+    with pytest.raises(InvalidInputError, match="at most 65536 px"):
+        make_extractor("sift").extract(long)
+    assert len(make_extractor("surf").extract(long)) == 0
 
 
 @pytest.mark.parametrize(
@@ -192,7 +190,9 @@ def test_the_index_takes_any_radius_and_refuses_impossible_lengths_and_faces():
     for radius in ENDS:
         index = _core.ReferenceIndex(8, is_binary=False)
         index.add(*face(20), radius)
-        assert not np.isnan(index.candidates(face(5)[2], 4, among=index.propose(face(5)[2]))[3]).any()
+        queries = face(5)[2]
+        ratio = index.candidates(queries, 4, among=index.propose(queries))[3]
+        assert not np.any(np.isnan(ratio))
     for length in (5000, 2**60):
         with pytest.raises(InvalidInputError):
             _core.ReferenceIndex(length, is_binary=False).add(*face(0, 8), 1.0)
