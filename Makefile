@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 RUST_SOURCES := $(shell find rust -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
-.PHONY: build demo test lint format bench clean constraints
+.PHONY: build demo test lint format bench fuzz clean constraints
 
 build: $(VENV)/.built
 
@@ -41,6 +41,13 @@ format: build
 bench: build
 	for name in tilt objects pose negatives; do \
 		$(BIN)/planegrasp bench $$name --json out/bench/$$name.json || exit 1; done
+
+# Half a minute a target, with nightly Rust and cargo-fuzz; CONTRIBUTING.md says more.
+FUZZ_SECONDS ?= 30
+fuzz:
+	cd rust/core && for target in sift surf matching homography face_search alignment; do \
+		cargo +nightly fuzz run $$target -- -max_total_time=$(FUZZ_SECONDS) -timeout=20 \
+			-max_len=4096 -len_control=0 || exit 1; done
 
 # Resolve the pinned versions anew, without any index address in the file.
 constraints: $(VENV)/.installed

@@ -232,10 +232,10 @@ def test_depth_that_is_all_missing_is_as_no_depth(detector, taught):
 
 
 def test_a_small_distant_view_without_depth_does_not_flip_silently(detector, taught):
-    # About 40 px wide: perspective is hardly more than the noise.
+    # About 36 px wide: perspective is hardly more than the noise.
     ambiguous = 0
     for seed in range(8):
-        T = pose(0.0, 0.0, 3.2, tilt=12, axis=0.5 + seed)
+        T = pose(0.0, 0.0, 3.6, tilt=10, axis=0.5 + seed)
         frame = frame_of((taught("astronaut"), T), seed=seed).frame
         for found in detector("astronaut").detect(without_depth(frame)):
             _, off = pose_errors(found, T)
@@ -243,8 +243,8 @@ def test_a_small_distant_view_without_depth_does_not_flip_silently(detector, tau
                 ambiguous += 1
                 other = (found.alternative.inv() * T).rotation.magnitude()
                 off = min(off, np.degrees(other))
-            # Noise turns so small a view by 4° in the median, a flip by twice its tilt: 24°.
-            assert off < 10
+            # Noise turns so small a view by 1° in the median, a flip by twice its tilt: 20°.
+            assert off < 5
     assert ambiguous >= 2
 
 

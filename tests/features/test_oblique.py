@@ -61,7 +61,8 @@ def test_the_whole_reference_is_in_every_view():
         placed = corners @ view.view_from_reference.T
         height, width = view.image.shape
         assert np.all(placed > -1e-6)
-        assert np.all(placed <= (width - 0.5, height - 0.5))
+        # A pixel of a steep view is several of the reference: the outermost ones share the last.
+        assert np.all(placed < (width, height))
 
 
 def test_the_frontal_view_is_the_reference_itself():
@@ -73,9 +74,9 @@ def test_the_frontal_view_is_the_reference_itself():
 @pytest.mark.parametrize(
     ("config", "count"),
     [
-        # Multiples of 72°/t below 180°: 1, then 4, 5, 8, 10.
-        (ObliqueConfig(), 28),
-        (ObliqueConfig(tilts=(1.0, 2.0)), 6),
+        # Multiples of 50°/t below 180°: 1, then 6, 8, 11, 15, 21.
+        (ObliqueConfig(), 62),
+        (ObliqueConfig(tilts=(1.0, 2.0)), 9),
         (ObliqueConfig(tilts=(1.0, 2.0), rotation_step=36.0), 11),
         (FRONTAL, 1),
     ],

@@ -2,15 +2,13 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods,
-};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArrayDyn};
 use planegrasp_core::sift::{LENGTH, Sift as Core, SiftConfig, SiftFeatures};
 use planegrasp_core::{GrayImage, InputError, Keypoint};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::count;
+use crate::arrays::{count, gray_image};
 use crate::errors::{from_input_error, invalid_input};
 
 type Arrays<'py> = (
@@ -20,6 +18,9 @@ type Arrays<'py> = (
     Bound<'py, PyArray1<f32>>,
     Bound<'py, PyArray2<u8>>,
 );
+
+/// More are no processor's, and starting them would take minutes.
+const MOST_THREADS: usize = 1024;
 
 /// Finds and describes keypoints; see `planegrasp.features.SIFT`.
 #[pyclass(frozen, module = "planegrasp._core")]
@@ -46,6 +47,11 @@ impl Sift {
         threads: i64,
     ) -> PyResult<Self> {
         let threads = count("threads", threads)?;
+        if threads > MOST_THREADS {
+            return Err(invalid_input(format!(
+                "threads must be 0 to {MOST_THREADS}, got {threads}"
+            )));
+        }
         let core = Core::new(SiftConfig {
             max_features: count("max_features", max_features)?,
             octave_layers: count("octave_layers", octave_layers)?,
@@ -85,18 +91,7 @@ impl Sift {
         py: Python<'py>,
         image: PyReadonlyArrayDyn<'_, u8>,
     ) -> PyResult<Arrays<'py>> {
-        let (width, height) = match image.shape() {
-            [height, width] => (*width, *height),
-            shape => {
-                return Err(invalid_input(format!(
-                    "image must be H×W, got shape {shape:?}"
-                )));
-            }
-        };
-        let pixels = image
-            .as_slice()
-            .map_err(|_| invalid_input("image must be C-contiguous"))?;
-        let image = GrayImage::new(width, height, pixels).map_err(from_input_error)?;
+        let image = gray_image(&image, "image")?;
         let columns = py
             .detach(|| self.columns(image))
             .map_err(from_input_error)?;

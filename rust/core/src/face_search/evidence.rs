@@ -211,9 +211,9 @@ impl FaceEvidence<'_> {
         Some(self.evidence.features.frame(one.feature) * reference)
     }
 
-    /// Leaves out the features at points that `inside` accepts.
-    pub fn remove(&mut self, inside: impl Fn(Vector2<f64>) -> bool) {
-        self.matches.retain(|one| !inside(one.points.target));
+    /// Leaves out the matches that `unwanted` accepts.
+    pub fn remove(&mut self, unwanted: impl Fn(&Match) -> bool) {
+        self.matches.retain(|one| !unwanted(one));
     }
 }
 

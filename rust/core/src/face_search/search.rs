@@ -1,5 +1,7 @@
 //! The search for every instance of every face.
 
+use std::collections::HashSet;
+
 use nalgebra::{Matrix3, Vector2};
 use rayon::prelude::*;
 
@@ -154,7 +156,12 @@ fn find_one(
             _ => &[from_strict],
         };
         let (figures, outcome) = attempt(face, sources, &evidence, view, settings);
-        let outline = outcome.as_ref().ok().map(|found| found.outline);
+        let found = outcome.as_ref().ok();
+        let outline = found.map(|found| found.outline);
+        let explained: HashSet<u32> = found
+            .iter()
+            .flat_map(|found| found.inliers.iter().map(|one| one.feature))
+            .collect();
         if instance == 0 || outline.is_some() {
             attempts.push(Attempt {
                 face: number,
@@ -166,7 +173,11 @@ fn find_one(
         let Some(inside) = outline.and_then(Quadrilateral::new) else {
             break;
         };
-        evidence.remove(|point| inside.depth_inside(point) >= 0.0);
+        // Keypoints may lie beyond the border of the reference: what explained this instance is not
+        // evidence for another one, wherever it is.
+        evidence.remove(|one| {
+            explained.contains(&one.feature) || inside.depth_inside(one.points.target) >= 0.0
+        });
     }
     attempts
 }

@@ -87,6 +87,9 @@ fn supporters(
     supporters
 }
 
+/// Points may lie as far out as numbers go; every cell has neighbours nevertheless.
+const OUTERMOST: f64 = 1e15;
+
 /// Candidates by where they lie in the frame.
 struct Neighbourhood<'a> {
     cells: HashMap<(i64, i64), Vec<&'a Match>>,
@@ -115,7 +118,7 @@ impl<'a> Neighbourhood<'a> {
 }
 
 fn cell(point: Vector2<f64>) -> (i64, i64) {
-    let cell = point.map(|v| (v / RADIUS).floor() as i64);
+    let cell = point.map(|v| (v / RADIUS).floor().clamp(-OUTERMOST, OUTERMOST) as i64);
     (cell.x, cell.y)
 }
 
@@ -283,6 +286,15 @@ mod tests {
         // Last by ratio, the right ones are not asked.
         many.ratio[..40].fill(0.9);
         assert!(!kept(&many).iter().any(|&feature| feature < 40));
+    }
+
+    #[test]
+    fn points_at_the_end_of_all_numbers_support_nothing() {
+        let mut scene = scene(10, 0, 0);
+        for end in [f64::MAX, f64::MIN, 1e19, -1e19] {
+            scene.image.fill(Vector2::new(end, end));
+            assert!(kept(&scene).is_empty(), "{end}");
+        }
     }
 
     #[test]

@@ -6,6 +6,9 @@ use super::proposal::{InvertedFile, ProposalSettings};
 use super::{Candidates, Metric, ReferenceSet};
 use crate::InputError;
 
+/// Most neighbours of one query: memory for as many is taken before there are any.
+const MOST_NEIGHBOURS: usize = 4096;
+
 /// Nearest-neighbour search over all faces together.
 ///
 /// The search is exact among the faces it looks at. Of a small library these are all, of a large one
@@ -183,7 +186,7 @@ impl ReferenceIndex {
     ///
     /// # Errors
     /// [`InputError::DescriptorCount`] where the queries are no whole number of descriptors,
-    /// [`InputError::OutOfRange`] for k = 0, [`InputError::NoSuchFace`] for numbers that are not in
+    /// [`InputError::OutOfRange`] for k = 0 or above 4096, [`InputError::NoSuchFace`] for numbers that are not in
     /// the index; `found` is as it was then.
     pub fn candidates_into(
         &self,
@@ -193,11 +196,11 @@ impl ReferenceIndex {
         found: &mut Candidates,
     ) -> Result<(), InputError> {
         self.check(queries)?;
-        if k == 0 {
+        if !(1..=MOST_NEIGHBOURS).contains(&k) {
             return Err(InputError::OutOfRange {
                 name: "k",
-                value: 0.0,
-                valid: "at least 1",
+                value: k as f64,
+                valid: "at least 1 and at most 4096",
             });
         }
         if let Some(&face) = among.iter().find(|&&f| f as usize >= self.faces.len()) {

@@ -160,10 +160,10 @@ fn what_does_not_fit_is_refused_with_its_numbers() {
             bytes: 65
         })
     ));
-    assert!(matches!(
-        index.candidates(&[], 0),
-        Err(InputError::OutOfRange { .. })
-    ));
+    for k in [0, 4097, usize::MAX] {
+        let refused = index.candidates(&[0; 64], k);
+        assert!(matches!(refused, Err(InputError::OutOfRange { .. })), "{k}");
+    }
     for length in [0, 5000] {
         let set = ReferenceSet::new(vec![], vec![], length, 1.0);
         assert!(matches!(set, Err(InputError::OutOfRange { .. })));

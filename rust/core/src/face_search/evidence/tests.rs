@@ -126,7 +126,7 @@ fn removed_features_are_gone_from_every_question() {
     let evidence = sorted(&nearest, &[0.1; 3], 1);
     let face = plain_face(&line(&[0.0, 5.0], 0.0));
     let mut of_face = evidence.of(0, &face);
-    of_face.remove(|point| point.x < 105.0);
+    of_face.remove(|one| one.points.target.x < 105.0);
     assert_eq!(seen(&of_face.passing(0.8)), [(1, 1), (2, 1)]);
     assert_eq!(seen(&of_face.agreeing(&DOUBLED, 0.5)), [(1, 1)]);
     of_face.remove(|_| true);

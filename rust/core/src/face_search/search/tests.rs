@@ -264,6 +264,25 @@ fn few_inliers_that_do_not_look_like_the_reference_are_refused_for_their_tiles()
 }
 
 #[test]
+fn keypoints_beyond_the_reference_are_no_second_instance() {
+    let reference = points(60, WIDTH as f64, 2.0 * HEIGHT as f64, 3);
+    let image: Vec<_> = reference
+        .iter()
+        .map(|p| mapped(&view(0.0, 0.0), *p))
+        .collect();
+    let faces = [plain_face(&reference)];
+    let camera = camera();
+    let view_of = View {
+        evidence: &one_each(&image, &[0.5; 60]),
+        gray: GrayImage::new(640, 480, &BLACK).unwrap(),
+        camera: &camera,
+    };
+    let attempts = find(&faces, &[0], &view_of, &blind(), usize::MAX);
+    assert_eq!(attempts.len(), 1);
+    assert!(attempts[0].outcome.is_ok());
+}
+
+#[test]
 fn faces_that_the_evidence_does_not_know_have_no_matches() {
     let (mut faces, evidence) = scene(1);
     faces.push(faces[0].clone());
