@@ -1,6 +1,7 @@
 """End to end: rendered frames in, corners and poses out, against exact truth."""
 
 import re
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -13,9 +14,11 @@ from planegrasp.detector import Detector, DetectorConfig
 from planegrasp.errors import InvalidInputError, LibraryError
 from planegrasp.features import SIFT, SIFTConfig
 from planegrasp.features.oblique import FRONTAL, ObliqueConfig
+from planegrasp.features.pruning import PruningConfig
 from planegrasp.geometry import PinholeCamera, RigidTransform, Rotation
-from planegrasp.homography import HomographyConfig
+from planegrasp.homography import HomographyConfig, apply_homography, reference_corners
 from planegrasp.library import ObjectLibrary
+from planegrasp.matching.index import NativeIndex
 from planegrasp.objects import ObjectModel
 from planegrasp.pose import FusedConfig, FusedEstimator
 from planegrasp.rgbd import RGBDFrame
@@ -519,3 +522,63 @@ def test_a_tiny_image_has_no_objects(detector, shape, extractor):
     noise = np.random.default_rng(0).integers(0, 256, (height, width, 3)).astype(np.uint8)
     frame = RGBDFrame(noise, np.full(shape, 0.7, np.float32), camera)
     assert detector("coffee", extractor=extractor, oblique=FRONTAL).detect(frame) == []
+
+
+@pytest.fixture(scope="module")
+def first_looks(taught):
+    """Detectors of three photographs that compare with so many descriptors at first."""
+    names = ("coffee", "astronaut", "retina")
+
+    @cache
+    def make(first_look):
+        pruning = PruningConfig(views=40)
+        config = DetectorConfig(first_look=first_look, pruning=pruning)
+        return Detector([taught(name) for name in names], config)
+
+    return make
+
+
+def test_what_a_first_look_misses_a_closer_one_finds(first_looks, taught, monkeypatch):
+    scenes = [frame_of((taught("coffee"), pose(tilt=62, axis=i)), seed=i) for i in range(4)]
+    hasty, thorough = first_looks(64), first_looks(0)
+    for scene in scenes:
+        truth = scene.corners[0]
+        (found,), (expected,) = (d.detect(scene.frame) for d in (hasty, thorough))
+        for detection in (found, expected):
+            assert detection.name == "coffee"
+            assert corner_errors(detection, truth).mean() < 1.0
+    # A first look alone has few inliers, if it finds the face at all.
+    closer = [d.inliers for scene in scenes for d in hasty.detect(scene.frame)]
+    monkeypatch.setattr(NativeIndex, "look", _first_look_only(NativeIndex.look))
+    first = [sum(d.inliers for d in hasty.detect(scene.frame)) for scene in scenes]
+    assert sum(first) < 0.7 * sum(closer)
+
+
+def _first_look_only(look):
+    return lambda index, seen, k: replace(look(index, seen, k), closer=False)
+
+
+def test_a_first_look_at_most_descriptors_changes_no_detection(first_looks, taught):
+    places = {"coffee": pose(-0.17, -0.02, 0.8), "retina": pose(0.16, 0.02, 0.8, tilt=15)}
+    rendering = frame_of(*[(taught(name), T) for name, T in places.items()])
+    for detector in (first_looks(0), first_looks(1000), first_looks(64)):
+        found = {d.name: d for d in detector.detect(rendering.frame)}
+        assert found.keys() == places.keys()
+        for index, (name, T) in enumerate(places.items()):
+            assert_found(found[name], rendering, index, T)
+
+
+def test_aligned_grey_values_make_corners_better_than_matches_alone(detector, taught):
+    matched, aligned = [], []
+    corners = reference_corners(*taught("astronaut").faces[0].image.shape[1::-1])
+    for seed in range(8):
+        T = pose(tilt=10 + 7 * seed, axis=seed)
+        rendering = frame_of((taught("astronaut"), T), seed=seed)
+        (found,) = detector("astronaut").detect(rendering.frame)
+        (face,) = found.faces
+        assert face.is_aligned
+        for homography, errors in ((face.matched_homography, matched), (face.homography, aligned)):
+            off = apply_homography(homography, corners) - rendering.corners[0]
+            errors.append(np.linalg.norm(off, axis=1).mean())
+    assert np.median(aligned) < 0.6 * np.median(matched)
+    assert np.max(aligned) < 0.5

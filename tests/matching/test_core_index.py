@@ -30,7 +30,7 @@ def plain(faces, queries, radius, *, is_binary):
     number = np.concatenate([np.full(len(f[0]), i) for i, f in enumerate(faces)])
     reference = np.concatenate([np.arange(len(f[0])) for f in faces])
     points = np.concatenate([f[0] for f in faces])
-    d = np.concatenate([f[2] for f in faces])
+    d = np.concatenate([f[1] for f in faces])
     if is_binary:
         distance = np.bitwise_count(queries[:, None] ^ d).sum(axis=2).astype(float)
     else:
@@ -47,7 +47,7 @@ def plain(faces, queries, radius, *, is_binary):
 @pytest.mark.parametrize(("is_binary", "length"), [(False, 128), (False, 64), (True, 61)])
 def test_neighbours_and_ratios_are_those_of_plain_numpy(is_binary, length):
     faces = [face(n, length, seed) for seed, n in enumerate((300, 1, 0, 77))]
-    queries = face(45, length, 9)[2]
+    queries = face(45, length, 9)[1]
     found = candidates(index_of(faces, length, 12.0, is_binary=is_binary), queries, 6)
     number, reference, distance, ratio = plain(faces, queries, 12.0, is_binary=is_binary)
     np.testing.assert_array_equal(found[0], number[:, :6])
@@ -61,14 +61,14 @@ def test_strided_arrays_will_do():
     faces = [face(200, 32, 1)]
     whole = index_of([tuple(a[::2].copy() for a in faces[0])], 32, 1.0)
     strided = index_of([tuple(a[::2] for a in faces[0])], 32, 1.0)
-    queries = face(60, 64, 2)[2]
+    queries = face(60, 64, 2)[1]
     expected = candidates(whole, queries[:, ::2].copy(), 3)
     for a, b in zip(candidates(strided, queries[:, ::2], 3), expected, strict=True):
         np.testing.assert_array_equal(a, b)
 
 
 def test_missing_neighbours_are_minus_one_at_infinity():
-    queries = face(3, 16, 0)[2]
+    queries = face(3, 16, 0)[1]
     number, reference, distance, ratio = candidates(index_of([], 16, 1.0), queries, 2)
     np.testing.assert_array_equal(number, np.full((3, 2), -1))
     np.testing.assert_array_equal(reference, np.full((3, 2), -1))
@@ -79,9 +79,9 @@ def test_missing_neighbours_are_minus_one_at_infinity():
 def test_a_removed_face_is_found_no_more_and_cannot_be_removed_again():
     faces = [face(30, 16, seed) for seed in range(3)]
     index = index_of(faces, 16, 1.0)
-    assert np.all(candidates(index, faces[1][2], 1)[0] == 1)
+    assert np.all(candidates(index, faces[1][1], 1)[0] == 1)
     index.remove(1)
-    assert np.all(np.isin(candidates(index, faces[1][2], 8)[0], (0, 2)))
+    assert np.all(np.isin(candidates(index, faces[1][1], 8)[0], (0, 2)))
     with pytest.raises(InvalidInputError, match=r"face 1 is not in the index.* 3 faces"):
         index.remove(1)
 
@@ -90,12 +90,12 @@ def test_only_the_faces_and_the_first_descriptors_asked_for_are_looked_at():
     faces = [face(100, 16, seed) for seed in range(3)]
     index = index_of(faces, 16, 1.0)
     among = np.array([2, 0], np.uint32)
-    number, reference, *_ = index.candidates(faces[2][2], 150, among=among, first=40)
+    number, reference, *_ = index.candidates(faces[2][1], 150, among=among, first=40)
     # Forty are rounded up to two whole blocks of 32, of each of two faces.
     assert set(number.ravel()) == {-1, 0, 2}
     assert set(reference[number >= 0]) == set(range(64))
     with pytest.raises(InvalidInputError, match="face 3 is not in the index"):
-        index.candidates(faces[2][2], 1, among=np.array([3], np.uint32))
+        index.candidates(faces[2][1], 1, among=np.array([3], np.uint32))
 
 
 @pytest.mark.parametrize(

@@ -63,9 +63,17 @@ def test_each_face_has_its_own_radius():
 
 
 def test_where_all_neighbours_are_at_one_place_the_ratio_is_zero():
-    face = reference([(10, 10), (11, 10), (10, 12), (90, 90)], [1.0, 2.0, 3.0, 4.0])
-    assert candidates([face], features(0.0), k=3).ratio[0] == 0.0
-    assert candidates([face], features(0.0), k=4).ratio[0] > 0.0
+    points = [*(np.full((16, 2), 10.0) + np.linspace(0, 3, 16)[:, None]), (90, 90)]
+    face = reference(points, np.arange(1.0, 18.0))
+    assert candidates([face], features(0.0), k=4).ratio[0] == 0.0
+    assert candidates([face], features(0.0), k=17).ratio[0] == pytest.approx(1 / 17)
+
+
+def test_the_ratio_looks_beyond_the_neighbours_that_are_asked_for():
+    face = reference([(10, 10), (11, 10), (90, 90)], [1.0, 2.0, 4.0])
+    found = candidates([face], features(0.0), k=2)
+    np.testing.assert_array_equal(found.reference, [[0, 1]])
+    assert found.ratio[0] == pytest.approx(1 / 4)
 
 
 def test_equally_near_descriptors_at_two_places_have_ratio_one():
@@ -119,3 +127,67 @@ def test_a_face_without_features_takes_no_part():
     faces = [empty, reference([(10, 10)], [1.0]), empty, reference([(20, 20)], [5.0])]
     found = candidates(faces, features(0.0, 6.0))
     np.testing.assert_array_equal(found.face, [[1, 3, -1, -1], [3, 1, -1, -1]])
+
+
+def most_useful_first(count):
+    """A face of so many descriptors of bytes, each at a place of its own."""
+    rng = np.random.default_rng(count)
+    points = np.column_stack([np.arange(count) * 20.0, np.zeros(count)]).astype(np.float32)
+    frames = np.broadcast_to(np.eye(2, dtype=np.float32), (count, 2, 2))
+    descriptors = rng.integers(0, 180, (count, 128)).astype(np.uint8)
+    return ReferenceSet(points, frames, descriptors, RADIUS)
+
+
+def seen_of(*faces):
+    """Features that look like all descriptors of some faces, a little changed."""
+    descriptors = np.concatenate([face.descriptors for face in faces])
+    one = np.ones(len(descriptors), np.float32)
+    points = np.zeros((len(descriptors), 2), np.float32)
+    return Features(points, one, one, one, descriptors ^ 1)
+
+
+def test_a_first_look_is_at_the_first_descriptors_and_a_closer_one_at_all():
+    # The core counts in blocks of 32.
+    sizes = [100, 32, 70]
+    faces = [most_useful_first(size) for size in sizes]
+    index = make_index(faces, "native", binary=False, first=32)
+    seen = seen_of(*faces)
+    truth = np.repeat([0, 1, 2], sizes), np.concatenate([np.arange(size) for size in sizes])
+    look = index.look(seen, 4)
+    np.testing.assert_array_equal(look.faces, [0, 1, 2])
+    assert look.closer
+    assert np.all(look.candidates.reference < 32)
+    among_first = truth[1] < 32
+    sure = look.candidates.ratio < 0.5
+    np.testing.assert_array_equal(sure, among_first)
+    np.testing.assert_array_equal(look.candidates.face[sure, 0], truth[0][sure])
+    np.testing.assert_array_equal(look.candidates.reference[sure, 0], truth[1][sure])
+    closer = index.look_closer(seen, 4, np.array([0, 2], np.uint32))
+    sure = closer.ratio < 0.5
+    np.testing.assert_array_equal(sure, truth[0] != 1)
+    np.testing.assert_array_equal(closer.face[sure, 0], truth[0][sure])
+    np.testing.assert_array_equal(closer.reference[sure, 0], truth[1][sure])
+    assert not np.any(closer.face == 1)
+
+
+@pytest.mark.parametrize(("first", "closer"), [(0, False), (100, False), (64, True)])
+def test_a_closer_look_is_offered_where_it_could_find_more(first, closer):
+    faces = [most_useful_first(100), most_useful_first(20)]
+    seen = seen_of(*faces)
+    index = make_index(faces, "native", binary=False, first=first)
+    look = index.look(seen, 4)
+    assert look.closer is closer
+    whole = index.look_closer(seen, 4, look.faces)
+    same = np.array_equal(whole.reference, look.candidates.reference)
+    assert same is not closer
+
+
+def test_other_matchers_look_once():
+    faces = [most_useful_first(60), most_useful_first(20)]
+    seen = seen_of(*faces)
+    index = make_index(faces, "brute-force", binary=False, first=10)
+    look = index.look(seen, 2)
+    assert not look.closer
+    np.testing.assert_array_equal(look.candidates.reference[:, 0], np.r_[:60, :20])
+    again = index.look_closer(seen, 2, np.array([0], np.uint32))
+    np.testing.assert_array_equal(again.reference, look.candidates.reference)

@@ -158,8 +158,7 @@ class NeighbourIndex:
     def look_closer(self, features: Features, k: int, faces: NDArray[np.uint32]) -> Candidates:
         """See `ReferenceIndex.look_closer`; looks at all faces."""
         # The nearest elsewhere must be among them: more than a place has oblique views.
-        k = max(k, _NEIGHBOURS)
-        indices, distances = self._search.search(features.descriptors, k)
+        indices, distances = self._search.search(features.descriptors, max(k, _NEIGHBOURS))
         known = indices >= 0
         face = np.where(known, self._face[indices], -1).astype(np.int32)
         points = self._points[indices]
@@ -172,7 +171,7 @@ class NeighbourIndex:
         np.divide(nearest, elsewhere, out=ratio, where=known[:, 0] & (elsewhere > 0))
         ratio[~known[:, 0]] = np.inf
         reference = self._reference[indices].astype(np.int32)
-        return Candidates(face, reference, distances, ratio)
+        return Candidates(face[:, :k], reference[:, :k], distances[:, :k], ratio)
 
 
 def make_index(
