@@ -4,10 +4,10 @@
 
 use arbitrary::{Arbitrary, Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
-use nalgebra::{Matrix3, Vector2};
+use nalgebra::Matrix3;
 use planegrasp_core::Camera;
 use planegrasp_core::face_search::{
-    Appearance, Evidence, ImageFeatures, SearchSettings, SearchedFace, View, find, look_where,
+    Evidence, ImageFeatures, SearchSettings, SearchedFace, View, find, look_where,
 };
 use planegrasp_core::matching::{Candidates, NONE};
 use planegrasp_fuzz::{Homography, Number, Picture};
@@ -27,6 +27,7 @@ struct Settings {
     max_stretch: Number,
     aspect_sigma: Number,
     min_agreement: Number,
+    min_doubtful_tiles: Number,
 }
 
 impl Settings {
@@ -43,6 +44,7 @@ impl Settings {
             max_stretch: self.max_stretch.0,
             aspect_sigma: self.aspect_sigma.0,
             min_agreement: self.min_agreement.0,
+            min_doubtful_tiles: self.min_doubtful_tiles.0,
         }
     }
 }
@@ -60,6 +62,7 @@ const LENIENT: SearchSettings = SearchSettings {
     max_stretch: 20.0,
     aspect_sigma: 0.1,
     min_agreement: 0.0,
+    min_doubtful_tiles: 0.0,
 };
 
 fuzz_target!(|bytes: &[u8]| {
@@ -111,10 +114,6 @@ fn run(u: &mut Unstructured<'_>) -> Result<()> {
 fn face(u: &mut Unstructured<'_>) -> Result<Option<SearchedFace>> {
     let picture: Picture = u.arbitrary()?;
     let gray = picture.gray();
-    let size = Vector2::new(gray.width() as f64, gray.height() as f64);
-    let Ok(appearance) = Appearance::new(gray) else {
-        return Ok(None);
-    };
     let metric = match u.ratio(3, 4)? {
         true => Matrix3::new(1e-3, 0.0, -0.03, 0.0, -1e-3, 0.03, 0.0, 0.0, 1.0),
         false => u.arbitrary::<Homography>()?.0,
@@ -129,7 +128,7 @@ fn face(u: &mut Unstructured<'_>) -> Result<Option<SearchedFace>> {
             false => u.arbitrary::<[Number; 4]>()?.map(|n| n.0 as f32),
         });
     }
-    Ok(SearchedFace::new(size, metric, points, frames, appearance).ok())
+    Ok(SearchedFace::new(gray, metric, points, frames).ok())
 }
 
 /// Features, most of which a homography explains.

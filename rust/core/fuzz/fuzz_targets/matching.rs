@@ -100,15 +100,14 @@ fn apply(index: &mut ReferenceIndex, step: &Step, data: &[u8]) -> (bool, Vec<u32
         Step::Add { rows, radius } => {
             let count = usize::from(*rows);
             let points = (0..count).map(|i| [(i % 5) as f32, 1.0]).collect();
-            let frames = vec![[1.0, 0.0, 0.0, 1.0]; count];
             let length = data.len().checked_div(count).unwrap_or(8);
             let radius = radius.0 as f32;
-            let set = ReferenceSet::new(points, frames, data.to_vec(), length, radius);
+            let set = ReferenceSet::new(points, data.to_vec(), length, radius);
             succeeded = set.is_ok_and(|set| index.add(set).is_ok());
         }
         Step::AddAnotherLength { length } => {
             let length = usize::from(*length);
-            let set = ReferenceSet::new(vec![], vec![], vec![], length, 1.0);
+            let set = ReferenceSet::new(vec![], vec![], length, 1.0);
             succeeded = set.is_ok_and(|set| index.add(set).is_ok());
         }
         Step::Remove { face } => succeeded = index.remove((*face).into()).is_ok(),
