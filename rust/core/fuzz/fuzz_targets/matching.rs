@@ -58,9 +58,14 @@ fn run(u: &mut Unstructured<'_>) -> Result<()> {
         probes: settings.probes.into(),
         bits: settings.bits.into(),
     };
+    let farthest = match u.ratio(1, 2)? {
+        true => f32::INFINITY,
+        false => u.arbitrary::<Number>()?.0 as f32,
+    };
     for kernel in Kernel::available() {
         let index = ReferenceIndex::with_kernel(metric, length, kernel);
-        let Ok(index) = index.with_settings(settings) else {
+        let index = index.with_settings(settings);
+        let Ok(index) = index.and_then(|index| index.with_farthest(farthest)) else {
             return Ok(());
         };
         indices.push(index);
