@@ -11,8 +11,8 @@ import mujoco
 import numpy as np
 
 from planegrasp.errors import InvalidInputError, RobotError
-from planegrasp.geometry import RigidTransform, Rotation
-from planegrasp.robot import loading, parts
+from planegrasp.geometry import RigidTransform
+from planegrasp.robot import frames, loading, parts
 from planegrasp.robot.looking import aim
 from planegrasp.robot.state import RobotState
 
@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     Float64Array = NDArray[np.float64]
 
 _PR2 = Path(__file__).parent / "models" / "pr2.xml"
-_FRAME_KINDS = ("site", "body")
-_OPTICAL_FROM_MUJOCO_CAMERA = Rotation.from_euler("x", np.pi)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,9 +108,9 @@ class Robot:
         """
         path = Path(path)
         model = loading.compile_spec(loading.read_spec(path), str(path))
-        base_body = _body_of(model, base_frame, "base frame")
+        base_body = frames.body_of(model, base_frame, "base frame")
         on_the_way = loading.chain(
-            model, base_body, _body_of(model, gripper_frame, "gripper frame")
+            model, base_body, frames.body_of(model, gripper_frame, "gripper frame")
         )
         if arm_joints is None:
             excluded = {
@@ -129,7 +127,7 @@ class Robot:
         margin = parts.limit_margins(model, arm, lower, upper, limit_margin)
         head: list[int] = []
         if camera_frame is not None:
-            to_camera = loading.chain(model, base_body, _camera_body(model, camera_frame))
+            to_camera = loading.chain(model, base_body, frames.body_of(model, camera_frame, "camera frame", frames.WITH_CAMERAS))
             head = [joint for joint in to_camera if joint not in on_the_way]
         return cls(
             path=path,
@@ -221,8 +219,8 @@ class Robot:
         data.qpos[:] = self._checked(state).qpos
         mujoco.mj_kinematics(self.model, data)
         mujoco.mj_camlight(self.model, data)
-        T_world_base = _pose(self.model, data, self.base_frame, _FRAME_KINDS)
-        return T_world_base.inv() * _pose(self.model, data, frame, (*_FRAME_KINDS, "camera"))
+        T_world_base = frames.world_pose(self.model, data, self.base_frame)
+        return T_world_base.inv() * frames.world_pose(self.model, data, frame, frames.WITH_CAMERAS)
 
     def T_base_gripper(self, state: RobotState) -> RigidTransform:
         """Pose of the gripper frame (forward kinematics)."""
@@ -284,24 +282,3 @@ def _frozen(values: Float64Array) -> Float64Array:
     values = np.array(values, dtype=np.float64)
     values.flags.writeable = False
     return values
-
-
-def _body_of(model: mujoco.MjModel, frame: str, what: str) -> int:
-    kind, index = loading.find(model, _FRAME_KINDS, frame, what)
-    return index if kind == "body" else int(model.site_bodyid[index])
-
-
-def _camera_body(model: mujoco.MjModel, frame: str) -> int:
-    kind, index = loading.find(model, (*_FRAME_KINDS, "camera"), frame, "camera frame")
-    return int(model.cam_bodyid[index]) if kind == "camera" else _body_of(model, frame, "camera")
-
-
-def _pose(
-    model: mujoco.MjModel, data: mujoco.MjData, frame: str, kinds: tuple[str, ...]
-) -> RigidTransform:
-    kind, index = loading.find(model, kinds, frame, "frame")
-    prefix = {"body": "", "site": "site_", "camera": "cam_"}[kind]
-    rotation = Rotation.from_matrix(getattr(data, f"{prefix}xmat")[index].reshape(3, 3))
-    if kind == "camera":
-        rotation = rotation * _OPTICAL_FROM_MUJOCO_CAMERA
-    return RigidTransform.from_components(getattr(data, f"{prefix}xpos")[index], rotation)
