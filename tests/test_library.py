@@ -291,14 +291,14 @@ def replace_text(old, new):
 
 DAMAGE = {
     "broken TOML": (replace_text("priority = 0", "priority = = 0"), r"object\.toml .*TOML.*line 7"),
-    "no schema version": (replace_text("schema_version = 1", ""), "schema_version must be"),
+    "no schema version": (replace_text("schema_version = 2", ""), "schema_version must be"),
     "bad schema version": (
-        replace_text("schema_version = 1", 'schema_version = "one"'),
-        "must be an integer from 1 to 1, got 'one'",
+        replace_text("schema_version = 2", 'schema_version = "one"'),
+        "must be an integer from 1 to 2, got 'one'",
     ),
     "newer schema": (
-        replace_text("schema_version = 1", "schema_version = 12"),
-        "schema version 12, this planegrasp reads up to version 1",
+        replace_text("schema_version = 2", "schema_version = 12"),
+        "schema version 12, this planegrasp reads up to version 2",
     ),
     "unknown key": (replace_text("priority =", "priorty ="), "unknown key priorty"),
     "unknown key of a face": (
@@ -314,7 +314,7 @@ DAMAGE = {
     "text for a number": (replace_text("width = 0.21", 'width = "wide"'), r"width: .*'wide'"),
     "no faces": (
         lambda folder: (folder / "book" / "object.toml").write_text(
-            'schema_version = 1\nname = "book"\nfaces = []\n'
+            'schema_version = 2\nname = "book"\nfaces = []\n'
         ),
         "faces: .*at least 1",
     ),
@@ -353,9 +353,9 @@ def test_damage_is_named_and_leaves_the_other_objects_readable(folder, kind):
 
 
 def test_all_damaged_objects_are_listed(folder):
-    edit(folder / "book" / "object.toml", "schema_version = 1", "schema_version = 2")
+    edit(folder / "book" / "object.toml", "schema_version = 2", "schema_version = 3")
     edit(folder / "carton" / "object.toml", "priority", "priorty")
-    with pytest.raises(LibraryError, match=r"2 objects of (.|\n)*version 2(.|\n)*priorty"):
+    with pytest.raises(LibraryError, match=r"2 objects of (.|\n)*version 3(.|\n)*priorty"):
         ObjectLibrary(folder)
 
 

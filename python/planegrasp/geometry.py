@@ -33,6 +33,7 @@ __all__ = [
     "rigid_transform",
     "rotation_angle",
     "rotation_from_euler",
+    "transform_from_quaternion",
 ]
 
 # OpenCV's own default of 5 iterations leaves hundredths of a pixel. Most points need fewer than 20;
@@ -194,6 +195,22 @@ def rigid_transform(matrix: ArrayLike, *, tolerance: float = 1e-4) -> RigidTrans
     if np.linalg.det(R) < 0:
         raise InvalidInputError("the upper left 3×3 mirrors (determinant -1): axes are swapped")
     return RigidTransform.from_components(T[:3, 3], Rotation.from_matrix(R))
+
+
+def transform_from_quaternion(translation: ArrayLike, quaternion: ArrayLike) -> RigidTransform:
+    """Make a RigidTransform of a translation [m] and a quaternion (x, y, z, w).
+
+    Raises:
+        InvalidInputError: the quaternion's length is not 1 (to a thousandth, and is made so).
+    """
+    components = np.asarray(quaternion, dtype=np.float64)
+    length = float(np.linalg.norm(components))
+    if not abs(length - 1.0) <= 1e-3:
+        raise InvalidInputError(
+            f"quaternion {components.tolist()} has length {length:.4g}, a rotation has 1"
+        )
+    place = np.asarray(translation, dtype=np.float64)
+    return RigidTransform.from_components(place, Rotation.from_quat(components))
 
 
 def rotation_angle(a: Rotation, b: Rotation) -> float:

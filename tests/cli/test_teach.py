@@ -141,7 +141,7 @@ def test_what_cannot_be_recognised_is_refused_with_reasons(run, tmp_path):
         (("--width", 0.2, "--corners", "1,2 3,4"), "--corners takes 8 numbers"),
         (("--width", 0.2, "--corners", "a,b,c,d,e,f,g,h"), "--corners takes 8 numbers"),
         (("--width", 0.2, "--corners", "9,9 9,150 200,150 200,9"), "counter-clockwise"),
-        (("--width", 0.2, "--pose", "0,0,0,1,1,0,0"), "quaternion has length 1.414"),
+        (("--width", 0.2, "--pose", "0,0,0,1,1,0,0"), "has length 1.414"),
         (("--depth", "d.png"), "needs the --camera file"),
         (("--box", "0.2,0.1"), "--box takes 3 numbers"),
         (("--box", "0.15,0.1,0.1", "--face", "lid"), "a box has no side 'lid'"),

@@ -13,6 +13,7 @@ import typer
 from planegrasp.cli.bench import app as bench
 from planegrasp.cli.demo import demo
 from planegrasp.cli.detect import detect
+from planegrasp.cli.grasp import app as grasp
 from planegrasp.cli.objects import objects
 from planegrasp.cli.teach import teach
 from planegrasp.errors import PlanegraspError
@@ -67,5 +68,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
 app.command()(teach)
 app.command()(objects)
 app.command()(detect)
+app.add_typer(grasp, name="grasp")
 app.command()(demo)
 app.add_typer(bench, name="bench")

@@ -14,13 +14,17 @@ from planegrasp.errors import InvalidInputError
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from planegrasp.geometry import RigidTransform
+    from planegrasp.grasping import CanonicalGrasp
     from planegrasp.teaching.quality import TeachingQuality
 
 __all__ = [
     "JsonOption",
     "LibraryOption",
     "console",
+    "grasp_row",
     "parse_numbers",
+    "pose_row",
     "print_error",
     "print_json",
     "quality_row",
@@ -76,4 +80,24 @@ def quality_row(quality: TeachingQuality) -> dict[str, object]:
         "usable": quality.usable,
         "reasons": list(quality.reasons),
         "figures": dict(quality.figures),
+    }
+
+
+def pose_row(T: RigidTransform) -> dict[str, list[float]]:
+    """A pose as it is printed in JSON: translation [m] and quaternion (x, y, z, w ≥ 0)."""
+    return {
+        "translation": T.translation.tolist(),
+        "quaternion": T.rotation.as_quat(canonical=True).tolist(),
+    }
+
+
+def grasp_row(grasp: CanonicalGrasp) -> dict[str, object]:
+    """A grasp as it is printed in JSON."""
+    return {
+        "name": grasp.name,
+        "T_object_gripper": pose_row(grasp.T_object_gripper),
+        "opening": grasp.opening,
+        "approach": grasp.approach,
+        "pregrasp_distance": grasp.pregrasp_distance,
+        "force": grasp.force,
     }

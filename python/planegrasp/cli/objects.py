@@ -12,6 +12,8 @@ from planegrasp.cli.common import (
     JsonOption,
     LibraryOption,
     console,
+    grasp_row,
+    pose_row,
     print_error,
     print_json,
     quality_row,
@@ -120,6 +122,9 @@ def _show(found: Scan, library: Path, *, details: bool, as_json: bool) -> None:
     if details:
         table.add_column("position in the object (m)")
         table.add_column("quaternion x, y, z, w")
+    has_grasps = any(stored.model.grasps for stored in found.objects.values())
+    if has_grasps:
+        table.add_column("grasps")
     for stored in found.objects.values():
         model = stored.model
         for i, face in enumerate(model.faces):
@@ -135,6 +140,8 @@ def _show(found: Scan, library: Path, *, details: bool, as_json: bool) -> None:
                 T = face.T_object_face
                 row.append(", ".join(f"{value:.4f}" for value in T.translation))
                 row.append(", ".join(f"{value:.4f}" for value in T.rotation.as_quat()))
+            if has_grasps:
+                row.append("\n".join(grasp.name for grasp in model.grasps) if i == 0 else "")
             table.add_row(*row)
     if found.objects:
         console().print(table)
@@ -173,13 +180,12 @@ def _row(model: ObjectModel) -> dict[str, object]:
                 "width": face.width,
                 "height": face.height,
                 "image_size": [face.image.shape[1], face.image.shape[0]],
-                "T_object_face": {
-                    "translation": face.T_object_face.translation.tolist(),
-                    "quaternion": face.T_object_face.rotation.as_quat().tolist(),
-                },
+                "T_object_face": pose_row(face.T_object_face),
             }
             for face in model.faces
         ],
+        "body": {"size": model.outer_body.size, "centre": model.outer_body.centre},
+        "grasps": [grasp_row(grasp) for grasp in model.grasps],
     }
 
 

@@ -79,6 +79,13 @@ def teach(
             metavar='"W,H,D"',
         ),
     ] = None,
+    thickness: Annotated[
+        float | None,
+        typer.Option(
+            help="Of the object behind its face, in metres: where fingers and obstacles collide.",
+            show_default="5 mm",
+        ),
+    ] = None,
     priority: Annotated[
         int | None, typer.Option(help="Larger is preferred.", show_default="0")
     ] = None,
@@ -107,6 +114,10 @@ def teach(
 
         planegrasp teach book color.png --depth depth.png --camera camera.json --corners "..."
 
+    A book that will be grasped:
+
+        planegrasp teach book book.jpg --width 0.21 --thickness 0.02
+
     Another side of a box:
 
         planegrasp teach tea top.jpg --box 0.08,0.13,0.06 --face top
@@ -118,6 +129,7 @@ def teach(
     objects = ObjectLibrary(library)
     taught = _face(name, request)
     model = _model(objects, name, taught, priority, has_pose=bool(pose or box), replace=replace)
+    model = _with_body(model, objects, box, thickness)
     if preview:
         from planegrasp.io.images import write_color
         from planegrasp.teaching.preview import draw_preview
@@ -215,15 +227,13 @@ def _corners(text: str) -> list[tuple[float, float]]:
 def _pose(text: str | None) -> RigidTransform | None:
     if text is None:
         return None
-    import numpy as np
-
-    from planegrasp.geometry import RigidTransform, Rotation
+    from planegrasp.geometry import transform_from_quaternion
 
     numbers = parse_numbers(text, 7, "--pose")
-    norm = float(np.linalg.norm(numbers[3:]))
-    if abs(norm - 1.0) > 1e-3:
-        raise InvalidInputError(f"--pose: the quaternion has length {norm:.4g}, a rotation has 1")
-    return RigidTransform.from_components(numbers[:3], Rotation.from_quat(numbers[3:]))
+    try:
+        return transform_from_quaternion(numbers[:3], numbers[3:])
+    except InvalidInputError as error:
+        raise InvalidInputError(f"--pose: {error}") from error
 
 
 def _check_metres(value: float | None, option: str) -> None:
@@ -266,6 +276,29 @@ def _model(
     return model if priority is None else changed(model, priority=priority)
 
 
+def _with_body(
+    model: ObjectModel, objects: ObjectLibrary, box: str | None, thickness: float | None
+) -> ObjectModel:
+    """The object with its body: as asked for, or as before around a changed face."""
+    from dataclasses import replace as changed
+
+    from planegrasp.body import BoxBody, body_behind
+
+    if box and thickness is not None:
+        raise InvalidInputError("--box gives the body: leave out --thickness")
+    _check_metres(thickness, "--thickness")
+    if box:
+        width, height, depth = parse_numbers(box, 3, "--box")
+        return changed(model, body=BoxBody((width, height, depth)))
+    if thickness is None and model.body and model.name in objects:
+        depth = model.body.size[2]
+        if model.body == body_behind(objects[model.name].faces, depth):
+            thickness = depth
+    if thickness is None:
+        return model
+    return changed(model, body=body_behind(model.faces, thickness))
+
+
 def _report(
     model: ObjectModel,
     face: PlanarFace,
@@ -284,6 +317,7 @@ def _report(
                 "height": face.height,
                 "image_size": [columns, rows],
                 "priority": model.priority,
+                "body": {"size": model.outer_body.size, "centre": model.outer_body.centre},
                 "library": str(library),
                 "quality": quality_row(quality),
             }

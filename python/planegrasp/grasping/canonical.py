@@ -143,13 +143,17 @@ class CanonicalGrasp:
 
 
 def check_unique(grasps: Iterable[CanonicalGrasp], name: str) -> None:
-    """Refuse two grasps of one name; `name` is the object's.
+    """Refuse two grasps of one name, and what is no grasp; `name` is the object's.
 
     Raises:
         GraspError: two names are the same; upper and lower case count as the same.
     """
     seen: set[str] = set()
     for grasp in grasps:
+        if not isinstance(grasp, CanonicalGrasp):
+            raise GraspError(
+                f"grasps of object {name!r} must be CanonicalGrasp, got {type(grasp).__name__}"
+            )
         if grasp.name.lower() in seen:
             raise GraspError(
                 f"object {name!r} has two grasps named {grasp.name!r} (upper and lower case count "

@@ -55,7 +55,7 @@ class GripperShape:
 
     def __post_init__(self) -> None:
         halves = (self.palm_half_width, self.palm_half_height, self.finger_half_height)
-        if not (min(halves) > 0 and self.tolerance >= 0):
+        if not (all(half > 0 for half in halves) and self.tolerance >= 0):
             raise InvalidInputError(
                 f"half sizes of a gripper must be > 0 m, its tolerance ≥ 0 m, got {self}"
             )

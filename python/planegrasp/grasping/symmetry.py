@@ -81,7 +81,9 @@ def _flipped(grasp: CanonicalGrasp) -> CanonicalGrasp:
     """Turned about the axis out of the palm; its way over the object stays what it was."""
     half_turn = RigidTransform.from_rotation(Rotation.from_euler("x", math.pi))
     x, y, z = grasp.approach
-    return replace(grasp, T_object_gripper=grasp.T_object_gripper * half_turn, approach=(x, -y, -z))
+    return replace(
+        grasp, T_object_gripper=grasp.T_object_gripper * half_turn, approach=(x, 0.0 - y, 0.0 - z)
+    )
 
 
 def _same(a: CanonicalGrasp, b: CanonicalGrasp) -> bool:

@@ -11,6 +11,7 @@ from planegrasp.errors import (
     SchemaVersionError,
     UnknownObjectError,
 )
+from planegrasp.grasping import check_unique
 from planegrasp.library import storage
 
 if TYPE_CHECKING:
@@ -100,17 +101,21 @@ class ObjectLibrary:
         del self._models[name]
 
     def save(self) -> None:
-        """Write what changed since the library was read or saved.
+        """Write what changed since the library was read or saved, objects and their grasps.
 
         Each object changes at one instant: a kill leaves it as it was or as it will be, and never
         touches an object that did not change.
 
         Raises:
             LibraryError: the library is in memory only, or its folder cannot be written.
+            GraspError: two grasps of an object have one name, or something else is among the
+                grasps; nothing is written.
             DuplicateObjectError: another process added an object of the same name meanwhile.
         """
         if self._path is None:
             raise LibraryError("a library in memory cannot be saved: make it with a path")
+        for model in self:
+            check_unique(model.grasps, model.name)
         try:
             self._path.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -141,7 +146,7 @@ class ObjectLibrary:
     def _save_object(self, path: Path, name: str) -> None:
         stored = self._stored.get(name)
         model = self._models[name]
-        if stored and stored.model is model:
+        if stored and stored.holds(model):
             return
         if stored is None and (path / name).exists():
             raise DuplicateObjectError(

@@ -1,13 +1,14 @@
 """One object on disk: reading it strictly, replacing it so that a kill never leaves half of it.
 
     NAME/object.toml          what `planegrasp.library.schema` says
+    NAME/grasps.toml          the same, where there are grasps
     NAME/FACE-<digest>.png    one image a face, named by its content
     NAME/cache/               features, safe to delete
 
 A new object is built in a temporary folder and renamed. A changed one first gets its new images,
-which nobody refers to yet; renaming its new `object.toml` over the old one is the instant of the
-change; then images that are no longer referred to are deleted. Names that start with '.' are
-temporary; the next save deletes what a killed one left.
+which nobody refers to yet; then its TOML files are changed, at one instant (`journal`); then images
+that are no longer referred to are deleted. Names that start with '.' are temporary; the next save
+deletes or completes what a killed one left.
 """
 
 from __future__ import annotations
@@ -19,24 +20,25 @@ import secrets
 import shutil
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from planegrasp.errors import LibraryError, PlanegraspError, UnknownObjectError
-from planegrasp.geometry import RigidTransform, Rotation
+from planegrasp.errors import LibraryError, UnknownObjectError
 from planegrasp.io.atomic import sync_folder, write_atomically
-from planegrasp.io.images import read_color, write_color
-from planegrasp.library.schema import FaceEntry, ObjectEntry, TransformEntry, parse, render
-from planegrasp.objects import ObjectModel, PlanarFace
+from planegrasp.io.images import write_color
+from planegrasp.library import journal
+from planegrasp.library.entries import grasps_file, object_file, read_grasps, read_object
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
+    from planegrasp.grasping import CanonicalGrasp
+    from planegrasp.objects import ObjectModel, PlanarFace
+
 __all__ = ["Scan", "StoredObject", "cache_folder", "clean", "delete", "locked", "scan", "write"]
 
 _OBJECT_FILE = "object.toml"
+_GRASPS_FILE = "grasps.toml"
 _CACHE = "cache"
 _OWN_IMAGE = re.compile(r".+-[0-9a-f]{16}\.png")
 _TEMPORARY = re.compile(r"\..+\.[0-9a-f]+\.tmp")
@@ -44,10 +46,27 @@ _TEMPORARY = re.compile(r"\..+\.[0-9a-f]+\.tmp")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StoredObject:
-    """An object as it is on disk: the model, and the image file of each face by the face's name."""
+    """An object as it is on disk.
+
+    Attributes:
+        model: the object.
+        images: the image file of each face, by the face's name.
+        grasps: the grasps as they are on disk; those of `model` may have changed since.
+    """
 
     model: ObjectModel
     images: dict[str, str]
+    grasps: tuple[CanonicalGrasp, ...]
+
+    def holds(self, model: ObjectModel) -> bool:
+        """Whether this is on disk, grasps included."""
+        return self.model is model and self.holds_grasps(model)
+
+    def holds_grasps(self, model: ObjectModel) -> bool:
+        """Whether these grasps are on disk, in this order."""
+        return len(self.grasps) == len(model.grasps) and all(
+            mine is other for mine, other in zip(self.grasps, model.grasps, strict=True)
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,21 +108,28 @@ def scan(root: Path) -> Scan:
 def write(root: Path, model: ObjectModel, stored: StoredObject | None) -> StoredObject:
     """Write an object, new or in the place of `stored`, so that a kill leaves one or the other.
 
-    Call it with the library locked.
+    What is the same in `stored` is not written. Call it with the library locked.
 
     Raises:
         LibraryError: a folder or file cannot be written.
     """
-    entry = _entry(model, stored)
     folder = root / model.name
+    unchanged = stored is not None and stored.model is model and folder.is_dir()
+    images = (
+        stored.images
+        if stored and unchanged
+        else {face.name: _image_name(face, stored) for face in model.faces}
+    )
     try:
-        if folder.is_dir():
-            _replace(folder, entry, model, stored)
+        if unchanged:
+            journal.change(folder, _grasps_text(folder, model))
+        elif folder.is_dir():
+            _replace(folder, model, images, stored)
         else:
-            _create(folder, entry, model)
+            _create(folder, model, images)
     except OSError as error:
         raise LibraryError(f"{folder} cannot be written: {error}") from error
-    return StoredObject(model, {face.name: face.image for face in entry.faces})
+    return StoredObject(model, images, tuple(model.grasps))
 
 
 def delete(root: Path, name: str) -> None:
@@ -127,7 +153,11 @@ def delete(root: Path, name: str) -> None:
 
 
 def clean(root: Path) -> None:
-    """Delete what killed saves left behind. Call it with the library locked."""
+    """Delete or complete what killed saves left behind. Call it with the library locked."""
+    for path in root.glob(f"*/{journal.JOURNAL}"):
+        # One that is damaged is not of a killed save: reading its object says so.
+        with suppress(LibraryError, OSError):
+            journal.finish(path.parent)
     for pattern in (".*.tmp", "*/.*.tmp", f"*/{_CACHE}/.*.tmp"):
         for path in root.glob(pattern):
             if not _TEMPORARY.fullmatch(path.name):
@@ -165,72 +195,15 @@ def locked(root: Path, *, exclusive: bool) -> Iterator[None]:
 
 def _read(folder: Path) -> StoredObject:
     path = folder / _OBJECT_FILE
-    entry = parse(_read_text(path), path)
-    if entry.name != folder.name:
+    text = journal.read(path)
+    if text is None:
         raise LibraryError(
-            f"{path} is named {entry.name!r} but its folder {folder.name!r}: "
-            f"make them the same to rename the object"
+            f"{folder} has no {_OBJECT_FILE}: restore it, or move the folder elsewhere"
         )
-    try:
-        faces = tuple(_read_face(folder, face) for face in entry.faces)
-        model = ObjectModel(entry.name, faces, entry.priority)
-    except LibraryError:
-        raise
-    except PlanegraspError as error:
-        raise LibraryError(f"{path}: {error}") from error
-    return StoredObject(model, {face.name: face.image for face in entry.faces})
-
-
-def _read_text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise LibraryError(
-            f"{path.parent} has no {_OBJECT_FILE}: restore it, or move the folder elsewhere"
-        ) from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise LibraryError(f"{path} cannot be read: {error}") from error
-
-
-def _read_face(folder: Path, entry: FaceEntry) -> PlanarFace:
-    image = read_color(folder / entry.image)
-    size = (image.shape[1], image.shape[0])
-    if entry.image_size not in (None, size):
-        expected = "×".join(map(str, entry.image_size or ()))
-        raise LibraryError(
-            f"{folder / entry.image} is {size[0]}×{size[1]} pixels, {_OBJECT_FILE} says "
-            f"{expected}: if the image was replaced on purpose, correct or remove image_size"
-        )
-    T_object_face = _transform(entry.T_object_face, folder / _OBJECT_FILE)
-    return PlanarFace(entry.name, image, entry.width, entry.height, T_object_face)
-
-
-def _transform(entry: TransformEntry | str, path: Path) -> RigidTransform:
-    if not isinstance(entry, TransformEntry):
-        return RigidTransform.identity()
-    norm = float(np.linalg.norm(entry.quaternion))
-    if abs(norm - 1.0) > 1e-3:
-        raise LibraryError(
-            f"{path}: quaternion {list(entry.quaternion)} has length {norm:.4g}, a rotation has 1"
-        )
-    return RigidTransform.from_components(entry.translation, Rotation.from_quat(entry.quaternion))
-
-
-def _entry(model: ObjectModel, stored: StoredObject | None) -> ObjectEntry:
-    faces = []
-    for face in model.faces:
-        rows, columns = face.image.shape[:2]
-        faces.append(
-            FaceEntry(
-                name=face.name,
-                image=_image_name(face, stored),
-                image_size=(columns, rows),
-                width=face.width,
-                height=face.height,
-                T_object_face=_transform_entry(face.T_object_face),
-            )
-        )
-    return ObjectEntry(name=model.name, priority=model.priority, faces=tuple(faces))
+    grasps_path = folder / _GRASPS_FILE
+    grasps = read_grasps(grasps_path, journal.read(grasps_path))
+    model, images = read_object(path, text, grasps)
+    return StoredObject(model, images, tuple(grasps))
 
 
 def _image_name(face: PlanarFace, stored: StoredObject | None) -> str:
@@ -243,35 +216,38 @@ def _image_name(face: PlanarFace, stored: StoredObject | None) -> str:
     return f"{face.name}-{digest[:16]}.png"
 
 
-def _transform_entry(T: RigidTransform) -> TransformEntry | Literal["identity"]:
-    if np.array_equal(T.as_matrix(), np.eye(4)):
-        return "identity"
-    x, y, z, w = T.rotation.as_quat(canonical=True).tolist()
-    tx, ty, tz = T.translation.tolist()
-    return TransformEntry(translation=(tx, ty, tz), quaternion=(x, y, z, w))
-
-
-def _create(folder: Path, entry: ObjectEntry, model: ObjectModel) -> None:
+def _create(folder: Path, model: ObjectModel, images: dict[str, str]) -> None:
     building = _temporary(folder)
     building.mkdir()
-    for face, face_entry in zip(model.faces, entry.faces, strict=True):
-        write_color(building / face_entry.image, face.image)
-    write_atomically(building / _OBJECT_FILE, render(entry, folder / _OBJECT_FILE).encode())
+    for face in model.faces:
+        write_color(building / images[face.name], face.image)
+    texts = {_OBJECT_FILE: object_file(model, images).render(folder / _OBJECT_FILE)}
+    if model.grasps:
+        texts |= _grasps_text(folder, model)
+    for name, text in texts.items():
+        write_atomically(building / name, text.encode())
     building.rename(folder)
     sync_folder(folder.parent)
 
 
 def _replace(
-    folder: Path, entry: ObjectEntry, model: ObjectModel, stored: StoredObject | None
+    folder: Path, model: ObjectModel, images: dict[str, str], stored: StoredObject | None
 ) -> None:
     kept = set(stored.images.values()) if stored else set()
-    for face, face_entry in zip(model.faces, entry.faces, strict=True):
-        if face_entry.image not in kept:
-            write_color(folder / face_entry.image, face.image)
+    for face in model.faces:
+        if images[face.name] not in kept:
+            write_color(folder / images[face.name], face.image)
     path = folder / _OBJECT_FILE
-    existing = path.read_text(encoding="utf-8")
-    write_atomically(path, render(entry, path, existing).encode())
-    _drop_unused(folder, {face.image for face in entry.faces})
+    texts = {path.name: object_file(model, images).render(path, journal.read(path))}
+    if stored is None or not stored.holds_grasps(model):
+        texts |= _grasps_text(folder, model)
+    journal.change(folder, texts)
+    _drop_unused(folder, set(images.values()))
+
+
+def _grasps_text(folder: Path, model: ObjectModel) -> dict[str, str]:
+    path = folder / _GRASPS_FILE
+    return {path.name: grasps_file(model.grasps).render(path, journal.read(path))}
 
 
 def _drop_unused(folder: Path, used: set[str]) -> None:

@@ -1,0 +1,354 @@
+"""Forward and inverse kinematics of a robot's arm.
+
+Inverse kinematics is mink's: each step is a quadratic program that moves the gripper towards its
+target within joint limits, and draws redundant joints towards where they started. Whether it ends
+in a solution depends on the start, so several are tried.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import mink
+import mujoco
+import numpy as np
+
+from planegrasp.errors import InvalidInputError
+from planegrasp.geometry import RigidTransform
+from planegrasp.robot import frames
+from planegrasp.robot.chain import GRIPPER_SITE, arm_chain, longest_reach
+from planegrasp.robot.wrapping import nearest_turn, wrapped_difference
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from planegrasp.robot.model import Robot
+    from planegrasp.robot.state import RobotState
+
+    Float64Array = NDArray[np.float64]
+
+_SOLVER = "daqp"
+# Keeps the quadratic program definite where the arm has more joints than the task needs.
+_DAMPING = 1e-8
+# Closer than this, redundant joints are left alone, so that only the target counts.
+_NEARLY_THERE = 1e-2
+# A start that gained less than this factor in so many iterations is given up.
+_STAGNATION = (6, 0.8)
+
+
+@dataclass(frozen=True, slots=True)
+class IKConfig:
+    """How inverse kinematics searches.
+
+    Attributes:
+        position_tolerance: largest position error of a solution [m].
+        rotation_tolerance: largest rotation error of a solution [rad].
+        solutions: distinct solutions after which it stops.
+        starts: tried until it stops with the solutions found, at least one.
+        hopeless_starts: tried before it says that there is none.
+        iterations: at most, of one start.
+        largest_step: of a joint in one iteration [rad or m].
+        posture_cost: how strongly redundant joints stay where they started, against 1 per metre.
+        distinct: solutions closer than this in every joint are the same [rad or m].
+    """
+
+    position_tolerance: float = 2e-5
+    rotation_tolerance: float = 5e-5
+    solutions: int = 4
+    starts: int = 6
+    hopeless_starts: int = 20
+    iterations: int = 30
+    largest_step: float = 0.8
+    posture_cost: float = 3e-3
+    distinct: float = 0.05
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class IKSolution:
+    """Joint positions that bring the gripper to its target.
+
+    Attributes:
+        q: n [rad or m]; continuous joints within half a turn of the start.
+        position_error: [m].
+        rotation_error: [rad].
+        limit_margin: see `Kinematics.limit_margin`.
+        distance: largest change of a joint from the start [rad or m].
+    """
+
+    q: Float64Array
+    position_error: float
+    rotation_error: float
+    limit_margin: float
+    distance: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class IKResult:
+    """Solutions, nearest to the start first; falsy without any.
+
+    Attributes:
+        solutions: distinct ones.
+        q: the first solution, or else the closest that was reached, n [rad or m].
+        position_error: of q [m].
+        rotation_error: of q [rad].
+        reason: why there is no solution, else empty.
+    """
+
+    solutions: tuple[IKSolution, ...]
+    q: Float64Array
+    position_error: float
+    rotation_error: float
+    reason: str = ""
+
+    def __bool__(self) -> bool:
+        return bool(self.solutions)
+
+
+class Kinematics:
+    """Kinematics of the arm while the robot's other joints stand still.
+
+    Not to be shared between threads: make one for each.
+
+    Args:
+        robot: the robot.
+        state: where the other joints are; `robot.home` by default.
+        config: how inverse kinematics searches.
+    """
+
+    def __init__(
+        self, robot: Robot, state: RobotState | None = None, config: IKConfig | None = None
+    ) -> None:
+        self.robot = robot
+        self.state = robot.home if state is None else state
+        self.config = IKConfig() if config is None else config
+        self._chain = arm_chain(robot, self.state)
+        self._configuration = mink.Configuration(self._chain)
+        self._task = mink.FrameTask(GRIPPER_SITE, "site", position_cost=1.0, orientation_cost=0.5)
+        self._posture = mink.PostureTask(self._chain, cost=self.config.posture_cost)
+        self._limit = mink.ConfigurationLimit(self._chain, gain=1.0)
+        self._reach = longest_reach(self._chain)
+
+    def forward(self, q: ArrayLike) -> RigidTransform:
+        """T_base_gripper of the arm at q (n)."""
+        data = self._move(q)
+        return frames.pose(data.site_xpos[0], data.site_xmat[0])
+
+    def jacobian(self, q: ArrayLike) -> Float64Array:
+        """Velocity of the gripper frame's origin and its angular velocity per joint velocity.
+
+        Returns:
+            6×n, translation before rotation, in the base frame.
+        """
+        data = self._move(q)
+        J = np.zeros((6, self.robot.n))
+        mujoco.mj_jacSite(self._chain, data, J[:3], J[3:], 0)
+        return J
+
+    def manipulability(self, q: ArrayLike) -> float:
+        """Yoshikawa's measure √det(J·Jᵀ) (1985): 0 at a singularity."""
+        return float(np.prod(np.linalg.svd(self.jacobian(q), compute_uv=False)))
+
+    def limit_margin(self, q: ArrayLike) -> float:
+        """How far the joint closest to a soft limit is from it: 1 mid-range, 0 at it, < 0 beyond.
+
+        Continuous joints do not count.
+        """
+        values = self._checked(q)
+        low, high = self.robot.soft_lower, self.robot.soft_upper
+        bounded = ~self.robot.continuous
+        room = np.minimum(values - low, high - values)[bounded]
+        return float((room / ((high - low)[bounded] / 2)).min(initial=1.0))
+
+    def inverse(
+        self, T_base_gripper: RigidTransform, start: ArrayLike | None = None, *, seed: int = 0
+    ) -> IKResult:
+        """Joint positions within the soft limits that bring the gripper frame to a pose.
+
+        Args:
+            T_base_gripper: the target.
+            start: tried first, and solutions near it are preferred, n; by default the state's.
+            seed: of the random further starts.
+        """
+        first = self._checked(self.robot.arm(self.state) if start is None else start)
+        beyond = self._beyond_reach(T_base_gripper)
+        if beyond > 0:
+            position_error, rotation_error = self._errors(first, T_base_gripper)
+            reason = f"unreachable: at least {beyond:.2f} m outside the workspace"
+            return IKResult((), first, position_error, rotation_error, reason)
+        config = self.config
+        rng = np.random.default_rng(seed)
+        found: list[IKSolution] = []
+        closest, closest_cost = first, np.inf
+        for attempt in range(config.hopeless_starts):
+            if len(found) >= config.solutions or (found and attempt >= config.starts):
+                break
+            begin = first if attempt == 0 else self._random(rng)
+            q, cost = self._descend(T_base_gripper, begin)
+            if cost < closest_cost:
+                closest, closest_cost = q, cost
+            solution = self._solution(q, T_base_gripper, first)
+            if solution is not None and not self._known(solution, found):
+                found.append(solution)
+        if not found:
+            errors = self._errors(closest, T_base_gripper)
+            return IKResult((), closest, *errors, self._reason(closest, T_base_gripper))
+        found.sort(key=lambda solution: solution.distance)
+        best = found[0]
+        return IKResult(tuple(found), best.q, best.position_error, best.rotation_error)
+
+    def step(
+        self,
+        q: ArrayLike,
+        T_base_gripper: RigidTransform,
+        dt: float,
+        velocity_limits: ArrayLike | None = None,
+    ) -> Float64Array:
+        """Move towards a target, which may itself move, for one period of a controller.
+
+        Args:
+            q: where the arm is, n.
+            T_base_gripper: the target.
+            dt: the period [s].
+            velocity_limits: n [rad/s or m/s]; the robot's by default.
+
+        Returns:
+            Where the arm shall be after dt, n; within soft limits and velocity limits.
+        """
+        before = self._checked(q)
+        if not (np.isfinite(dt) and dt > 0):
+            raise InvalidInputError(f"the period dt must be > 0 s, got {dt}")
+        limits = self.robot.velocity_limits if velocity_limits is None else velocity_limits
+        speeds = self._checked(limits)
+        self._configuration.update(before)
+        self._task.set_target(_se3(T_base_gripper))
+        self._posture.set_target(before)
+        # Coming from outside of the soft limits, every step inwards is within these.
+        limit = mink.ConfigurationLimit(self._chain, gain=1.0)
+        limit.lower = np.minimum(limit.lower, before)
+        limit.upper = np.maximum(limit.upper, before)
+        velocity = mink.VelocityLimit(
+            self._chain, dict(zip(self.robot.arm_joints, speeds.tolist(), strict=True))
+        )
+        v = mink.solve_ik(
+            self._configuration,
+            [self._task, self._posture],
+            dt,
+            _SOLVER,
+            damping=_DAMPING,
+            limits=[limit, velocity],
+        )
+        return before + np.clip(v, -speeds, speeds) * dt
+
+    def _descend(self, target: RigidTransform, start: Float64Array) -> tuple[Float64Array, float]:
+        """Follow mink's steps from a start until they arrive or get stuck.
+
+        Returns:
+            The joints, n, and the remaining cost.
+        """
+        configuration, task, config = self._configuration, self._task, self.config
+        inside = np.clip(start, self.robot.soft_lower, self.robot.soft_upper)
+        configuration.update(inside)
+        task.set_target(_se3(target))
+        self._posture.set_target(inside)
+        patience, gain = _STAGNATION
+        history: list[float] = []
+        for _ in range(config.iterations):
+            error = task.compute_error(configuration)
+            position, rotation = np.linalg.norm(error[:3]), np.linalg.norm(error[3:])
+            history.append(float(np.hypot(position, 0.5 * rotation)))
+            if position < config.position_tolerance / 2 and rotation < (
+                config.rotation_tolerance / 2
+            ):
+                break
+            if len(history) > patience and history[-1] > gain * history[-1 - patience]:
+                break
+            tasks = [task] if history[-1] < _NEARLY_THERE else [task, self._posture]
+            v = mink.solve_ik(
+                configuration, tasks, 1.0, _SOLVER, damping=_DAMPING, limits=[self._limit]
+            )
+            v *= min(1.0, config.largest_step / max(float(np.abs(v).max()), 1e-12))
+            configuration.integrate_inplace(v, 1.0)
+        q = np.clip(configuration.q, self.robot.soft_lower, self.robot.soft_upper)
+        return q, history[-1]
+
+    def _solution(
+        self, q: Float64Array, target: RigidTransform, start: Float64Array
+    ) -> IKSolution | None:
+        position_error, rotation_error = self._errors(q, target)
+        if position_error > self.config.position_tolerance:
+            return None
+        if rotation_error > self.config.rotation_tolerance:
+            return None
+        near = nearest_turn(q, start, self.robot.continuous)
+        distance = float(np.abs(near - start).max())
+        return IKSolution(near, position_error, rotation_error, self.limit_margin(near), distance)
+
+    def _known(self, solution: IKSolution, found: list[IKSolution]) -> bool:
+        continuous = self.robot.continuous
+        return any(
+            np.abs(wrapped_difference(solution.q, other.q, continuous)).max()
+            < self.config.distinct
+            for other in found
+        )
+
+    def _errors(self, q: Float64Array, target: RigidTransform) -> tuple[float, float]:
+        difference = self.forward(q).inv() * target
+        return (
+            float(np.linalg.norm(difference.translation)),
+            float(difference.rotation.magnitude()),
+        )
+
+    def _random(self, rng: np.random.Generator) -> Float64Array:
+        low = np.where(self.robot.continuous, -np.pi, self.robot.soft_lower)
+        high = np.where(self.robot.continuous, np.pi, self.robot.soft_upper)
+        return rng.uniform(low, high)
+
+    def _beyond_reach(self, target: RigidTransform) -> float:
+        shoulder = self._configuration.data.xanchor[0]
+        return float(np.linalg.norm(target.translation - shoulder)) - self._reach
+
+    def _reason(self, closest: Float64Array, target: RigidTransform) -> str:
+        """Why the target cannot be reached, judged from the closest that could."""
+        self._task.set_orientation_cost(0.0)
+        self._posture.set_cost(1e-3)
+        try:
+            missing = min(
+                self._errors(self._descend(target, start)[0], target)[0]
+                for start in (closest, self.robot.arm(self.state))
+            )
+        finally:
+            self._task.set_orientation_cost(0.5)
+            self._posture.set_cost(self.config.posture_cost)
+        if missing > 1e-3:
+            return f"unreachable: {missing:.2f} m outside the workspace"
+        position_error, rotation_error = self._errors(closest, target)
+        text = (
+            f"unreachable in this orientation: {np.degrees(rotation_error):.0f}° and "
+            f"{position_error:.3f} m off at best"
+        )
+        low, high = self.robot.soft_lower, self.robot.soft_upper
+        at_limit = [
+            name
+            for name, value, a, b in zip(self.robot.arm_joints, closest, low, high, strict=True)
+            if min(value - a, b - value) < 1e-3
+        ]
+        return f"{text}, with {' and '.join(at_limit)} at its limit" if at_limit else text
+
+    def _move(self, q: ArrayLike) -> mujoco.MjData:
+        self._configuration.update(self._checked(q))
+        return self._configuration.data
+
+    def _checked(self, q: ArrayLike) -> Float64Array:
+        values = np.array(q, dtype=np.float64)
+        if values.shape != (self.robot.n,) or not np.all(np.isfinite(values)):
+            raise InvalidInputError(
+                f"the arm has {self.robot.n} joints ({', '.join(self.robot.arm_joints)}): expected "
+                f"as many finite values, got {values.tolist()}"
+            )
+        return values
+
+
+def _se3(transform: RigidTransform) -> mink.SE3:
+    quaternion = transform.rotation.as_quat(scalar_first=True)
+    return mink.SE3(np.concatenate([quaternion, transform.translation]))
