@@ -197,6 +197,17 @@ class Kinematics:
         best = found[0]
         return IKResult(tuple(found), best.q, best.position_error, best.rotation_error)
 
+    def inverse_near(self, T_base_gripper: RigidTransform, start: ArrayLike) -> IKResult:
+        """The solution that descends from one start, to follow a line without changing branch."""
+        first = self._checked(start)
+        q, _ = self._descend(T_base_gripper, first)
+        solution = self._solution(q, T_base_gripper, first)
+        near = nearest_turn(q, first, self.robot.continuous)
+        errors = self._errors(q, T_base_gripper)
+        if solution is None:
+            return IKResult((), near, *errors, self._reason(q, T_base_gripper))
+        return IKResult((solution,), near, *errors)
+
     def step(
         self,
         q: ArrayLike,
