@@ -101,8 +101,8 @@ def plan_path(
         lambda q: checker.check(q, opening, allowed=pairs) is None,
         start,
         goal,
-        np.where(robot.continuous, np.minimum(start, goal) - np.pi, robot.soft_lower),
-        np.where(robot.continuous, np.maximum(start, goal) + np.pi, robot.soft_upper),
+        lower=np.where(robot.continuous, np.minimum(start, goal) - np.pi, robot.soft_lower),
+        upper=np.where(robot.continuous, np.maximum(start, goal) + np.pi, robot.soft_upper),
         resolution=config.step,
         time_limit=config.time_limit,
         attempts=config.attempts,
@@ -171,9 +171,9 @@ def _line(
     """Poses on the way, without the first."""
     shift = T_base_to.translation - T_base_from.translation
     turn = (T_base_to.rotation * T_base_from.rotation.inv()).as_rotvec()
-    steps = max(
-        np.linalg.norm(shift) / config.line_step, np.linalg.norm(turn) / config.turn_step, 1.0
-    )
+    shifts = float(np.linalg.norm(shift)) / config.line_step
+    turns = float(np.linalg.norm(turn)) / config.turn_step
+    steps = max(shifts, turns, 1.0)
     shares = np.linspace(0.0, 1.0, int(np.ceil(steps - 1e-9)) + 1)[1:]
     return [
         RigidTransform.from_components(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -82,7 +83,7 @@ class MotionFailure:
 def densify(points: Float64Array, step: float) -> Float64Array:
     """Put points between points (m×n), so that no joint moves by more than `step` at once."""
     pieces = [points[:1]]
-    for before, after in zip(points[:-1], points[1:], strict=True):
+    for before, after in itertools.pairwise(points):
         count = max(int(np.ceil(np.abs(after - before).max() / step - 1e-9)), 1)
         shares = np.arange(1, count + 1)[:, None] / count
         pieces.append(before + shares * (after - before))

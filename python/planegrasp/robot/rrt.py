@@ -28,9 +28,9 @@ def find_waypoints(
     is_free: Callable[[Float64Array], bool],
     start: Float64Array,
     goal: Float64Array,
+    *,
     lower: Float64Array,
     upper: Float64Array,
-    *,
     resolution: float,
     time_limit: float,
     attempts: int,
@@ -62,7 +62,15 @@ def find_waypoints(
         with _OMPL, _quiet():
             # OMPL takes a seed of 0 for "any".
             util.RNG.setSeed(1 + (seed * 1_000_003 + attempt) % (2**31 - 2))
-            corners = _plan(is_free, start, goal, lower, upper, resolution, left)
+            corners = _plan(
+                is_free=is_free,
+                start=start,
+                goal=goal,
+                lower=lower,
+                upper=upper,
+                resolution=resolution,
+                time_limit=left,
+            )
         if corners is None:
             continue
         candidate = float(np.linalg.norm(np.diff(corners, axis=0), axis=1).sum())
@@ -72,6 +80,7 @@ def find_waypoints(
 
 
 def _plan(
+    *,
     is_free: Callable[[Float64Array], bool],
     start: Float64Array,
     goal: Float64Array,
