@@ -47,9 +47,7 @@ def build_collision_model(
     return model
 
 
-def place_object(
-    model: mujoco.MjModel, robot: Robot, scene: Scene, state: RobotState
-) -> None:
+def place_object(model: mujoco.MjModel, robot: Robot, scene: Scene, state: RobotState) -> None:
     """Pose the scene's object in the model, whose object has the same size, and enable it."""
     body = scene.object
     if body is None:

@@ -7,7 +7,6 @@ in a solution depends on the start, so several are tried.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import mink
@@ -15,94 +14,32 @@ import mujoco
 import numpy as np
 
 from planegrasp.errors import InvalidInputError
-from planegrasp.geometry import RigidTransform
 from planegrasp.robot import frames
 from planegrasp.robot.chain import GRIPPER_SITE, arm_chain, longest_reach
+from planegrasp.robot.ik import IKConfig, IKResult, IKSolution
 from planegrasp.robot.wrapping import nearest_turn, wrapped_difference
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from planegrasp.geometry import RigidTransform
     from planegrasp.robot.model import Robot
     from planegrasp.robot.state import RobotState
 
     Float64Array = NDArray[np.float64]
 
 _SOLVER = "daqp"
+# Against 1 per metre: an arm's own size in metres.
+_ORIENTATION_COST = 0.5
 # Keeps the quadratic program definite where the arm has more joints than the task needs.
 _DAMPING = 1e-8
 # Closer than this, redundant joints are left alone, so that only the target counts.
 _NEARLY_THERE = 1e-2
 # A start that gained less than this factor in so many iterations is given up.
 _STAGNATION = (6, 0.8)
-
-
-@dataclass(frozen=True, slots=True)
-class IKConfig:
-    """How inverse kinematics searches.
-
-    Attributes:
-        position_tolerance: largest position error of a solution [m].
-        rotation_tolerance: largest rotation error of a solution [rad].
-        solutions: distinct solutions after which it stops.
-        starts: tried until it stops with the solutions found, at least one.
-        hopeless_starts: tried before it says that there is none.
-        iterations: at most, of one start.
-        largest_step: of a joint in one iteration [rad or m].
-        posture_cost: how strongly redundant joints stay where they started, against 1 per metre.
-        distinct: solutions closer than this in every joint are the same [rad or m].
-    """
-
-    position_tolerance: float = 2e-5
-    rotation_tolerance: float = 5e-5
-    solutions: int = 4
-    starts: int = 6
-    hopeless_starts: int = 20
-    iterations: int = 30
-    largest_step: float = 0.8
-    posture_cost: float = 3e-3
-    distinct: float = 0.05
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class IKSolution:
-    """Joint positions that bring the gripper to its target.
-
-    Attributes:
-        q: n [rad or m]; continuous joints within half a turn of the start.
-        position_error: [m].
-        rotation_error: [rad].
-        limit_margin: see `Kinematics.limit_margin`.
-        distance: largest change of a joint from the start [rad or m].
-    """
-
-    q: Float64Array
-    position_error: float
-    rotation_error: float
-    limit_margin: float
-    distance: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class IKResult:
-    """Solutions, nearest to the start first; falsy without any.
-
-    Attributes:
-        solutions: distinct ones.
-        q: the first solution, or else the closest that was reached, n [rad or m].
-        position_error: of q [m].
-        rotation_error: of q [rad].
-        reason: why there is no solution, else empty.
-    """
-
-    solutions: tuple[IKSolution, ...]
-    q: Float64Array
-    position_error: float
-    rotation_error: float
-    reason: str = ""
-
-    def __bool__(self) -> bool:
-        return bool(self.solutions)
+# Positions nearer than this count as reached where it is only about why a pose is not [m].
+_NOTICEABLE = 0.005
+_POSITION_STARTS = 5
 
 
 class Kinematics:
@@ -124,7 +61,9 @@ class Kinematics:
         self.config = IKConfig() if config is None else config
         self._chain = arm_chain(robot, self.state)
         self._configuration = mink.Configuration(self._chain)
-        self._task = mink.FrameTask(GRIPPER_SITE, "site", position_cost=1.0, orientation_cost=0.5)
+        self._task = mink.FrameTask(
+            GRIPPER_SITE, "site", position_cost=1.0, orientation_cost=_ORIENTATION_COST
+        )
         self._posture = mink.PostureTask(self._chain, cost=self.config.posture_cost)
         self._limit = mink.ConfigurationLimit(self._chain, gain=1.0)
         self._reach = longest_reach(self._chain)
@@ -197,6 +136,17 @@ class Kinematics:
         best = found[0]
         return IKResult(tuple(found), best.q, best.position_error, best.rotation_error)
 
+    def inverse_near(self, T_base_gripper: RigidTransform, start: ArrayLike) -> IKResult:
+        """The solution that descends from one start, to follow a line without changing branch."""
+        first = self._checked(start)
+        q, _ = self._descend(T_base_gripper, first)
+        solution = self._solution(q, T_base_gripper, first)
+        near = nearest_turn(q, first, self.robot.continuous)
+        errors = self._errors(q, T_base_gripper)
+        if solution is None:
+            return IKResult((), near, *errors, self._reason(q, T_base_gripper))
+        return IKResult((solution,), near, *errors)
+
     def step(
         self,
         q: ArrayLike,
@@ -238,7 +188,7 @@ class Kinematics:
             damping=_DAMPING,
             limits=[limit, velocity],
         )
-        return before + np.clip(v, -speeds, speeds) * dt
+        return np.asarray(before + np.clip(v, -speeds, speeds) * dt, dtype=np.float64)
 
     def _descend(self, target: RigidTransform, start: Float64Array) -> tuple[Float64Array, float]:
         """Follow mink's steps from a start until they arrive or get stuck.
@@ -255,11 +205,9 @@ class Kinematics:
         history: list[float] = []
         for _ in range(config.iterations):
             error = task.compute_error(configuration)
-            position, rotation = np.linalg.norm(error[:3]), np.linalg.norm(error[3:])
-            history.append(float(np.hypot(position, 0.5 * rotation)))
-            if position < config.position_tolerance / 2 and rotation < (
-                config.rotation_tolerance / 2
-            ):
+            position, rotation = (float(np.linalg.norm(part)) for part in (error[:3], error[3:]))
+            history.append(float(np.hypot(position, _ORIENTATION_COST * rotation)))
+            if self._is_there(position, rotation):
                 break
             if len(history) > patience and history[-1] > gain * history[-1 - patience]:
                 break
@@ -271,6 +219,12 @@ class Kinematics:
             configuration.integrate_inplace(v, 1.0)
         q = np.clip(configuration.q, self.robot.soft_lower, self.robot.soft_upper)
         return q, history[-1]
+
+    def _is_there(self, position_error: float, rotation_error: float) -> bool:
+        """Whether it is so near that the solution is exact enough beyond doubt."""
+        arrived = position_error < self.config.position_tolerance / 2
+        turned = rotation_error < self.config.rotation_tolerance / 2
+        return arrived and (turned or not self._task.cost[3:].any())
 
     def _solution(
         self, q: Float64Array, target: RigidTransform, start: Float64Array
@@ -287,8 +241,7 @@ class Kinematics:
     def _known(self, solution: IKSolution, found: list[IKSolution]) -> bool:
         continuous = self.robot.continuous
         return any(
-            np.abs(wrapped_difference(solution.q, other.q, continuous)).max()
-            < self.config.distinct
+            np.abs(wrapped_difference(solution.q, other.q, continuous)).max() < self.config.distinct
             for other in found
         )
 
@@ -310,17 +263,8 @@ class Kinematics:
 
     def _reason(self, closest: Float64Array, target: RigidTransform) -> str:
         """Why the target cannot be reached, judged from the closest that could."""
-        self._task.set_orientation_cost(0.0)
-        self._posture.set_cost(1e-3)
-        try:
-            missing = min(
-                self._errors(self._descend(target, start)[0], target)[0]
-                for start in (closest, self.robot.arm(self.state))
-            )
-        finally:
-            self._task.set_orientation_cost(0.5)
-            self._posture.set_cost(self.config.posture_cost)
-        if missing > 1e-3:
+        missing = self._missing(closest, target)
+        if missing > _NOTICEABLE:
             return f"unreachable: {missing:.2f} m outside the workspace"
         position_error, rotation_error = self._errors(closest, target)
         text = (
@@ -333,7 +277,26 @@ class Kinematics:
             for name, value, a, b in zip(self.robot.arm_joints, closest, low, high, strict=True)
             if min(value - a, b - value) < 1e-3
         ]
-        return f"{text}, with {' and '.join(at_limit)} at its limit" if at_limit else text
+        if not at_limit:
+            return text
+        limit = "its limit" if len(at_limit) == 1 else "their limits"
+        return f"{text}, with {' and '.join(at_limit)} at {limit}"
+
+    def _missing(self, closest: Float64Array, target: RigidTransform) -> float:
+        """How far from the target the gripper stays in any orientation [m]."""
+        rng = np.random.default_rng(0)
+        missing = np.inf
+        self._task.set_orientation_cost(0.0)
+        try:
+            for attempt in range(_POSITION_STARTS):
+                start = closest if attempt == 0 else self._random(rng)
+                q, _ = self._descend(target, start)
+                missing = min(missing, self._errors(q, target)[0])
+                if missing < _NOTICEABLE:
+                    break
+        finally:
+            self._task.set_orientation_cost(_ORIENTATION_COST)
+        return missing
 
     def _move(self, q: ArrayLike) -> mujoco.MjData:
         self._configuration.update(self._checked(q))

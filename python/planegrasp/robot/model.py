@@ -11,7 +11,6 @@ import mujoco
 import numpy as np
 
 from planegrasp.errors import InvalidInputError, RobotError
-from planegrasp.geometry import RigidTransform
 from planegrasp.robot import frames, loading, parts
 from planegrasp.robot.looking import aim
 from planegrasp.robot.state import RobotState
@@ -21,6 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
+    from planegrasp.geometry import RigidTransform
     from planegrasp.robot.gripper import Gripper
 
     Float64Array = NDArray[np.float64]
@@ -127,7 +127,11 @@ class Robot:
         margin = parts.limit_margins(model, arm, lower, upper, limit_margin)
         head: list[int] = []
         if camera_frame is not None:
-            to_camera = loading.chain(model, base_body, frames.body_of(model, camera_frame, "camera frame", frames.WITH_CAMERAS))
+            to_camera = loading.chain(
+                model,
+                base_body,
+                frames.body_of(model, camera_frame, "camera frame", frames.WITH_CAMERAS),
+            )
             head = [joint for joint in to_camera if joint not in on_the_way]
         return cls(
             path=path,

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 from planegrasp.checks import check_length
 from planegrasp.errors import InvalidInputError
-from planegrasp.geometry import RigidTransform
+
+if TYPE_CHECKING:
+    from planegrasp.geometry import RigidTransform
 
 OBJECT = "object"
 

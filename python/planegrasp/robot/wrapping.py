@@ -17,7 +17,9 @@ def wrapped_difference(
 ) -> Float64Array:
     """The way from b to a, n (or m×n); of continuous joints the shorter one, within ±π [rad]."""
     difference = a - b
-    return np.where(continuous, difference - 2 * np.pi * np.round(difference / (2 * np.pi)), difference)
+    return np.where(
+        continuous, difference - 2 * np.pi * np.round(difference / (2 * np.pi)), difference
+    )
 
 
 def nearest_turn(q: Float64Array, to: Float64Array, continuous: NDArray[np.bool_]) -> Float64Array:
