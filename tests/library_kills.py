@@ -21,6 +21,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from planegrasp.grasping import CanonicalGrasp
 from planegrasp.library import ObjectLibrary
 from planegrasp.objects import ObjectModel
 
@@ -30,18 +31,25 @@ SIZES = ((0.2, 0.15, 0.1), (0.3, 0.2, 0.2))
 
 
 def model(state: int) -> ObjectModel:
-    """One of two boxes of one name, with other sizes, images, priority and number of sides."""
+    """One of two boxes of one name, with other sizes, images, priority, sides and grasps."""
     rng = np.random.default_rng(state)
     images = {
         side: cv2.resize(rng.integers(0, 256, (20, 20, 3), np.uint8), (200, 150))
         for side in (("front", "back"), ("front", "back", "top"))[state]
     }
-    return ObjectModel.box("box", SIZES[state], images, priority=state)
+    made = ObjectModel.box("box", SIZES[state], images, priority=state)
+    made.grasps.extend(grasp(name, 0.1 + 0.1 * state) for name in ("side", "top")[state:])
+    return made
+
+
+def grasp(name: str, opening: float) -> CanonicalGrasp:
+    return CanonicalGrasp(name, np.eye(4), opening)
 
 
 def fingerprint(saved: ObjectModel) -> tuple[object, ...]:
     faces = [(f.name, f.width, f.height, f.image_digest) for f in saved.faces]
-    return (saved.priority, *faces)
+    grasps = [(g.name, g.opening) for g in saved.grasps]
+    return (saved.priority, saved.outer_body.size, *faces, *grasps)
 
 
 def state_on_disk(folder: Path, expected: list[tuple[object, ...]]) -> int:
@@ -115,9 +123,17 @@ def kills_at_every_step(folder: Path) -> dict[str, object]:
         library.remove("box")
         library.save()
 
+    def regrasp() -> None:
+        library = ObjectLibrary(folder)
+        library["box"].grasps[:] = [grasp("lid", 0.3)]
+        library.save()
+
+    regrasped = ObjectModel("box", models[1].faces, 1, models[1].body, [grasp("lid", 0.3)])
+    expected.append(fingerprint(regrasped))
     cases = {
         "new": (lambda: None, lambda: save(folder, 0, models), {-1, 0}),
         "change": (lambda: save(folder, 0, models), lambda: save(folder, 1, models), {0, 1}),
+        "grasps": (lambda: save(folder, 1, models), regrasp, {1, 2}),
         "remove": (lambda: save(folder, 1, models), remove, {1, -1}),
     }
     for name, (prepare, work, allowed) in cases.items():

@@ -21,11 +21,12 @@ def run(*arguments):
 
 
 def assert_clean(files):
-    """Only state 0 is left: a box with two sides."""
+    """Only state 0 is left: a box with two sides, and grasps."""
     assert files[0] == "box"
     assert [name.split("-")[0] for name in files[1:]] == [
         "box/back",
         "box/front",
+        "box/grasps.toml",
         "box/object.toml",
     ]
 
@@ -44,7 +45,9 @@ def test_kills_before_every_single_change_of_a_file(tmp_path):
     assert result["steps"]["new"] >= 8
     assert result["steps"]["change"] >= 10
     assert result["steps"]["remove"] >= 4
-    for name, (before, after) in {"new": (-1, 0), "change": (0, 1), "remove": (1, -1)}.items():
+    assert result["steps"]["grasps"] >= 2
+    states = {"new": (-1, 0), "change": (0, 1), "grasps": (1, 2), "remove": (1, -1)}
+    for name, (before, after) in states.items():
         outcomes = result["outcomes"][name]
         # Old until one instant, new from then on.
         switch = outcomes.index(after)
