@@ -54,6 +54,10 @@ class SourceError(PlanegraspError):
     """A file or folder with frames is missing, damaged or not in a known layout."""
 
 
+class RobotError(PlanegraspError):
+    """A robot cannot be loaded, or lacks what is asked of it; the message lists what it has."""
+
+
 class MissingExtraError(PlanegraspError, ImportError):
     """A feature needs an optional dependency that is not installed."""
 
