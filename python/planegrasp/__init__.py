@@ -20,10 +20,12 @@ import importlib
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from planegrasp.body import BoxBody
     from planegrasp.detection import Detection, DetectionReport
     from planegrasp.detector import Detector, DetectorConfig
     from planegrasp.errors import PlanegraspError
     from planegrasp.geometry import PinholeCamera, RigidTransform
+    from planegrasp.grasping import CanonicalGrasp
     from planegrasp.library import ObjectLibrary
     from planegrasp.objects import ObjectModel, PlanarFace
     from planegrasp.rgbd import RGBDFrame
@@ -33,6 +35,8 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
+    "BoxBody",
+    "CanonicalGrasp",
     "Detection",
     "DetectionReport",
     "Detector",
@@ -50,6 +54,8 @@ __all__ = [
 ]
 
 _MODULES = {
+    "BoxBody": "body",
+    "CanonicalGrasp": "grasping",
     "Detection": "detection",
     "DetectionReport": "detection",
     "Detector": "detector",

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from planegrasp.geometry import RigidTransform
+    from planegrasp.objects import ObjectModel
     from planegrasp.pose.base import PoseEstimate
 
 
@@ -66,7 +67,7 @@ class Detection:
     """One object found in one frame.
 
     Attributes:
-        name: of the object in the library.
+        model: the object that was found, as the detector knows it, with its body and grasps.
         instance: 0 for the best supported instance of this object in the frame, then 1, 2, …
         faces: the faces that were found, best supported first.
         score: confidence 0 … 1, see `FaceDetection.score`; faces of one object add up.
@@ -74,12 +75,17 @@ class Detection:
         pose_failure: why there is no pose; "" where there is one.
     """
 
-    name: str
+    model: ObjectModel
     instance: int
     faces: tuple[FaceDetection, ...]
     score: float
     pose: PoseEstimate | None
     pose_failure: str = ""
+
+    @property
+    def name(self) -> str:
+        """Name of the object in the library."""
+        return self.model.name
 
     @property
     def inliers(self) -> int:

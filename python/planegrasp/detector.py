@@ -215,15 +215,15 @@ class Detector:
         """Join the faces that one object shows in this frame, and estimate one pose for it."""
         detections: list[Detection] = []
         for faces in self._faces_by_object(found):
-            name = faces[0][0].object.name
+            model = faces[0][0].object
             instances = group_faces(faces, self._pose, frame)
             instances.sort(key=lambda group: -sum(f.inliers for _, f in group))
             for instance, group in enumerate(instances[: self.config.max_instances]):
-                detections.append(self._with_pose(name, instance, group, view, frame))
+                detections.append(self._with_pose(model, instance, group, view, frame))
         return sorted(detections, key=lambda d: -d.inliers)
 
     def _with_pose(
-        self, name: str, instance: int, group: list[Found], view: View, frame: RGBDFrame
+        self, model: ObjectModel, instance: int, group: list[Found], view: View, frame: RGBDFrame
     ) -> Detection:
         """One detection from faces that belong together, and from others that they point to."""
         pose, failure = self._estimate(group, frame)
@@ -234,7 +234,7 @@ class Detector:
                 pose, failure = self._estimate(group, frame)
         shown = tuple(f for _, f in sorted(group, key=lambda pair: -pair[1].inliers))
         score = 1.0 - float(np.prod([1.0 - f.score for f in shown]))
-        return Detection(name, instance, shown, score, pose, failure)
+        return Detection(model, instance, shown, score, pose, failure)
 
     def _estimate(
         self, group: Sequence[Found], frame: RGBDFrame

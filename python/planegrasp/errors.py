@@ -27,6 +27,10 @@ class TeachingError(PlanegraspError):
     """An object cannot be taught from what was given."""
 
 
+class GraspError(PlanegraspError):
+    """A grasp cannot be what was meant: wrong units, swapped frames, or not at the object."""
+
+
 class PoseError(PlanegraspError):
     """No pose can be computed from the evidence; the message says what is missing."""
 

@@ -9,14 +9,15 @@ is the outer corner of the first pixel, (w, h) that of the last, so a pixel's ce
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planegrasp.body import BoxBody, body_behind
 from planegrasp.checks import check_length, check_name
-from planegrasp.errors import InvalidInputError
+from planegrasp.errors import GraspError, InvalidInputError
 from planegrasp.geometry import RigidTransform
 from planegrasp.rgbd import check_color
 
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from planegrasp.geometry import PinholeCamera
+    from planegrasp.grasping import CanonicalGrasp
     from planegrasp.rgbd import RGBDFrame
 
     Image = NDArray[np.uint8] | str | Path
@@ -132,6 +134,9 @@ class ObjectModel:
         name: of the object, unique in its library and usable as a folder's name.
         faces: the faces; a one-face object usually has its face at the identity.
         priority: which object to prefer where several could be grasped, larger first.
+        body: outer box of the object in its frame; None derives `outer_body` from the faces.
+        grasps: ways to grasp it, a list of its own to append to and remove from; the library saves
+            it. Names must be unique when it is saved.
 
     Raises:
         InvalidInputError: for a name that cannot be a folder's name, no faces or more than six, or
@@ -141,9 +146,12 @@ class ObjectModel:
     name: str
     faces: tuple[PlanarFace, ...]
     priority: int = 0
+    body: BoxBody | None = None
+    grasps: list[CanonicalGrasp] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         check_name(self.name)
+        object.__setattr__(self, "grasps", list(self.grasps))
         object.__setattr__(self, "faces", tuple(self.faces))
         if not 1 <= len(self.faces) <= _MOST_FACES:
             raise InvalidInputError(
@@ -169,6 +177,23 @@ class ObjectModel:
         known = ", ".join(face.name for face in self.faces)
         raise InvalidInputError(f"object {self.name!r} has no face {name!r}; it has: {known}")
 
+    @property
+    def outer_body(self) -> BoxBody:
+        """`body`, or the box around all faces and what lies up to 5 mm behind them."""
+        return self.body or body_behind(self.faces)
+
+    def grasp(self, name: str) -> CanonicalGrasp:
+        """The grasp of that name.
+
+        Raises:
+            GraspError: the object has no such grasp; the message lists those it has.
+        """
+        for grasp in self.grasps:
+            if grasp.name == name:
+                return grasp
+        known = ", ".join(grasp.name for grasp in self.grasps) or "none was taught"
+        raise GraspError(f"object {self.name!r} has no grasp {name!r}; it has: {known}")
+
     def with_face(self, face: PlanarFace) -> ObjectModel:
         """A copy that has this face too, in the place of one of the same name."""
         kept = tuple(other for other in self.faces if other.name.lower() != face.name.lower())
@@ -184,6 +209,7 @@ class ObjectModel:
         *,
         face: str = "front",
         priority: int = 0,
+        thickness: float | None = None,
     ) -> ObjectModel:
         """Teach a flat object from a photo of it, cropped to its outline and seen straight on.
 
@@ -194,12 +220,14 @@ class ObjectModel:
             height: along the columns [m]; None takes it from the image's aspect ratio.
             face: what to call the face.
             priority: see `ObjectModel`.
+            thickness: of the object behind its face [m]; None where it is not known.
 
         Raises:
             ImageError: the image is missing, damaged or not H×W×3 uint8.
             InvalidInputError: see `PlanarFace`.
         """
-        return cls(name, (PlanarFace(face, _load(image), width, height),), priority)
+        taught = PlanarFace(face, _load(image), width, height)
+        return cls(name, (taught,), priority, _slab(taught, thickness))
 
     @classmethod
     def from_corners(
@@ -213,6 +241,7 @@ class ObjectModel:
         camera: PinholeCamera | None = None,
         face: str = "front",
         priority: int = 0,
+        thickness: float | None = None,
     ) -> ObjectModel:
         """Teach a flat object from a photo in which it is seen from anywhere.
 
@@ -228,6 +257,7 @@ class ObjectModel:
             camera: that took the photo; its lens distortion is removed.
             face: what to call the face.
             priority: see `ObjectModel`.
+            thickness: of the object behind its face [m]; None where it is not known.
 
         Raises:
             TeachingError: the corners are not a convex, unmirrored quadrilateral of a plausible
@@ -240,7 +270,7 @@ class ObjectModel:
 
         rectified = rectify(_load(image), corners, width, height, camera)
         taught = PlanarFace(face, rectified.image, rectified.width, rectified.height)
-        return cls(name, (taught,), priority)
+        return cls(name, (taught,), priority, _slab(taught, thickness))
 
     @classmethod
     def from_frame(
@@ -251,6 +281,7 @@ class ObjectModel:
         *,
         face: str = "front",
         priority: int = 0,
+        thickness: float | None = None,
     ) -> ObjectModel:
         """Teach a flat object from an RGB-D frame: its width and height are measured.
 
@@ -260,6 +291,7 @@ class ObjectModel:
             corners: 4×2 observed pixels, as in `from_corners`.
             face: what to call the face.
             priority: see `ObjectModel`.
+            thickness: of the object behind its face [m]; None where it is not known.
 
         Raises:
             TeachingError: the corners are not those of a rectangle, or the depth inside of them is
@@ -277,6 +309,7 @@ class ObjectModel:
             camera=frame.camera,
             face=face,
             priority=priority,
+            thickness=thickness,
         )
 
     @classmethod
@@ -310,7 +343,11 @@ class ObjectModel:
             PlanarFace(side, _load(image), *box_face_size(size, side), box_face_pose(size, side))
             for side, image in faces.items()
         )
-        return cls(name, taught, priority)
+        return cls(name, taught, priority, BoxBody(size))
+
+
+def _slab(face: PlanarFace, thickness: float | None) -> BoxBody | None:
+    return None if thickness is None else body_behind([face], thickness)
 
 
 def _load(image: Image) -> NDArray[np.uint8]:

@@ -13,7 +13,7 @@ from planegrasp.bench.pose import _medians
 from planegrasp.bench.scenes import CAMERA, corner_error, facing_pose, photograph, random_pose
 from planegrasp.bench.scenes import rectangles as rectangles_of
 from planegrasp.detection import Detection, FaceDetection
-from planegrasp.objects import PlanarFace
+from planegrasp.objects import ObjectModel, PlanarFace
 from planegrasp.simulation import Rectangle, render
 
 
@@ -37,7 +37,8 @@ def face_and_exact_homography(T_camera_face):
 def detection(H):
     nothing = np.zeros((0, 2))
     found = FaceDetection("front", H, H, np.zeros((4, 2)), nothing, nothing, 1.0, 1.0)
-    return Detection("thing", 0, (found,), 1.0, None)
+    thing = ObjectModel.from_image("thing", np.zeros((20, 20, 3), np.uint8), 0.2)
+    return Detection(thing, 0, (found,), 1.0, None)
 
 
 @pytest.mark.parametrize("degrees", [0, 40, 75])

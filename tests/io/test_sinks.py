@@ -18,6 +18,7 @@ from planegrasp.io.sinks import (
     detection_to_dict,
     frame_to_dict,
 )
+from planegrasp.objects import ObjectModel
 from planegrasp.pose.base import PoseEstimate
 from planegrasp.rgbd import RGBDFrame
 
@@ -26,6 +27,7 @@ T = RigidTransform.from_components(
     [0.1, -0.05, 0.7], Rotation.from_euler("x", 3.0) * Rotation.from_euler("zy", [0.3, 0.2])
 )
 CORNERS = np.array([[100.0, 80.0], [200.0, 85.0], [195.0, 160.0], [95.0, 150.0]])
+BOOK = ObjectModel.from_image("Buch", np.zeros((300, 400, 3), np.uint8), 0.2)
 H = np.array([[0.25, 0.01, 100.0], [0.01, 0.25, 80.0], [1e-5, 0.0, 1.0]])
 
 
@@ -44,7 +46,7 @@ def detection(pose=True, **changes):
         "depth_pixels": 1234,
     }
     estimate = PoseEstimate(**(values | changes)) if pose else None
-    return Detection("Buch", 1, (face, face), 0.625, estimate, "" if pose else "kein Maß: ⌀")
+    return Detection(BOOK, 1, (face, face), 0.625, estimate, "" if pose else "kein Maß: ⌀")
 
 
 def test_a_line_gives_back_the_pose(tmp_path):

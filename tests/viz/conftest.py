@@ -8,6 +8,7 @@ import pytest
 
 from planegrasp.detection import Detection, FaceDetection
 from planegrasp.geometry import PinholeCamera, RigidTransform, Rotation
+from planegrasp.objects import ObjectModel
 from planegrasp.pose.base import PoseEstimate
 from planegrasp.rgbd import RGBDFrame
 
@@ -53,6 +54,7 @@ def detection(camera):
         )
         pose = PoseEstimate(T, 1e-6 * np.eye(6), False, None, 0.3, 1000) if with_pose else None
         failure = "" if with_pose else "no depth under the face"
-        return Detection(name, instance, (face,), 0.8, pose, failure)
+        model = ObjectModel.from_image(name, np.zeros((280, 400, 3), np.uint8), FACE_WIDTH)
+        return Detection(model, instance, (face,), 0.8, pose, failure)
 
     return make
