@@ -13,13 +13,9 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
-from planegrasp.errors import InvalidInputError, MissingExtraError
+from planegrasp.errors import InvalidInputError
 from planegrasp.geometry import Rotation
-
-try:
-    import mujoco
-except ImportError as error:
-    raise MissingExtraError("the simulated world", "robot") from error
+from planegrasp.simulation._dependencies import mujoco
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
