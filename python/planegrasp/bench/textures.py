@@ -6,11 +6,12 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from planegrasp.errors import MissingExtraError
 from planegrasp.io.images import read_color
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
 _FILES = {
@@ -43,6 +44,14 @@ _BACKGROUNDS = (
 def texture(name: str) -> NDArray[np.uint8]:
     """One of the photographs in `OBJECTS`, H×W×3 uint8 RGB."""
     return read_color(_folder() / _FILES[name])
+
+
+def cropped(image: NDArray[np.uint8], aspect: float) -> NDArray[np.uint8]:
+    """The largest piece of this width over height, from the bottom and the middle."""
+    rows, columns = image.shape[:2]
+    width, height = min(columns, round(rows * aspect)), min(rows, round(columns / aspect))
+    left = (columns - width) // 2
+    return np.ascontiguousarray(image[rows - height :, left : left + width])
 
 
 @cache
