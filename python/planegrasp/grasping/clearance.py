@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     Points = NDArray[np.float64]
 
-__all__ = ["GripperShape", "check_against_body"]
+__all__ = ["GripperShape", "check_against_body", "extent_between_fingers"]
 
 # The six sides of `BoxBody.corners`, each going around.
 _SIDES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5))
@@ -81,17 +81,9 @@ def check_against_body(
             opening, where a fingertip is, or where the palm is.
     """
     shape = shape or GripperShape()
-    corners = np.asarray(grasp.T_object_gripper.inv().apply(body.corners), dtype=np.float64)
+    corners = _corners(grasp, body)
     half = grasp.opening / 2
-    gap = (
-        (shape.finger_back, shape.finger_front),
-        (-half, half),
-        (-shape.finger_half_height, shape.finger_half_height),
-    )
-    # The fingers sweep along y; the object's surface in there has its lowest and highest y.
-    inside = _clipped(corners, (gap[0], (-np.inf, np.inf), gap[2]))
-    y = [side[:, 1] for side in inside]
-    low, high = (min(map(min, y)), max(map(max, y))) if inside else (np.inf, -np.inf)
+    low, high = _between_fingers(corners, shape)
     if low > half or high < -half:
         raise GraspError(
             f"grasp {grasp.name!r} has nothing between the fingertips: the object is "
@@ -110,6 +102,30 @@ def check_against_body(
                 f"{1000 * grasp.opening:.1f} mm"
             )
     _check_palm(grasp, body, corners, shape)
+
+
+def extent_between_fingers(
+    grasp: CanonicalGrasp, body: BoxBody, shape: GripperShape | None = None
+) -> tuple[float, float]:
+    """Lowest and highest y [m], in the gripper's frame, of the object where the fingers close.
+
+    (∞, -∞) where there is nothing of it.
+    """
+    return _between_fingers(_corners(grasp, body), shape or GripperShape())
+
+
+def _corners(grasp: CanonicalGrasp, body: BoxBody) -> Points:
+    """8×3 corners of the object in the gripper's frame."""
+    return np.asarray(grasp.T_object_gripper.inv().apply(body.corners), dtype=np.float64)
+
+
+def _between_fingers(corners: Points, shape: GripperShape) -> tuple[float, float]:
+    """The fingers sweep along y; the object's surface in there has its lowest and highest y."""
+    along_x = (shape.finger_back, shape.finger_front)
+    along_z = (-shape.finger_half_height, shape.finger_half_height)
+    inside = _clipped(corners, (along_x, (-np.inf, np.inf), along_z))
+    y = [side[:, 1] for side in inside]
+    return (float(min(map(min, y))), float(max(map(max, y)))) if inside else (np.inf, -np.inf)
 
 
 def _check_palm(grasp: CanonicalGrasp, body: BoxBody, corners: Points, shape: GripperShape) -> None:

@@ -5,19 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
-import numpy as np
-
 from planegrasp.geometry import euler_from_rotation
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from numpy.typing import NDArray
-
     from planegrasp.geometry import RigidTransform
     from planegrasp.grasping.canonical import CanonicalGrasp
-
-    Float64Array = NDArray[np.float64]
+    from planegrasp.robot.path import Path
 
 __all__ = ["GraspAssessment", "GraspPlan", "GraspRefusal"]
 
@@ -31,8 +26,9 @@ class GraspAssessment:
         accepted: whether the arm can do it.
         reason: why not, in words with its figures; "" where accepted.
         score: 0 … 1 of an accepted grasp, larger is better.
-        figures: the numbers by name: `limit_margin` [rad], `manipulability`, `clearance` [m],
-            `closing_sigma` [m], `residual` [m], … as far as it got.
+        figures: the numbers by name, as far as it got: `position_error` [m] and `rotation_error`
+            [rad] of the arm, `limit_margin` (0 … 1), `manipulability`, `clearance` [m] between an
+            open finger and the object, `closing_sigma` [m] of the object between the fingers.
     """
 
     grasp: str
@@ -52,9 +48,9 @@ class GraspPlan:
         T_base_object: where the object is.
         T_base_gripper: the grasp adapted to it (paper, eq. 11).
         T_base_pregrasp: the same, moved back along the approach.
-        move: N×n joint angles [rad] from the start to the pre-grasp.
-        reach: N×n joint angles, the straight line from the pre-grasp to the grasp.
-        lift: N×n joint angles, the straight line upwards with the object.
+        move: of the arm from the start to the pre-grasp.
+        reach: the straight line from the pre-grasp to the grasp.
+        lift: the straight line upwards with the object.
         opening: of the gripper before it closes [m].
         force: to close with [N].
         assessments: of every grasp, the chosen one first.
@@ -66,9 +62,9 @@ class GraspPlan:
     T_base_object: RigidTransform
     T_base_gripper: RigidTransform
     T_base_pregrasp: RigidTransform
-    move: Float64Array
-    reach: Float64Array
-    lift: Float64Array
+    move: Path
+    reach: Path
+    lift: Path
     opening: float
     force: float
     assessments: tuple[GraspAssessment, ...]
