@@ -25,6 +25,8 @@ from planegrasp.robot.scene import ObjectBody, Scene
 from planegrasp.robot.trajectory import time_parameterise
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
     from planegrasp.body import BoxBody
@@ -140,6 +142,7 @@ class GraspExecutor:
         scene: Scene | None = None,
         eyes: Eyes | None = None,
         sighting: Sighting | None = None,
+        notify: Callable[[str], None] | None = None,
     ) -> Execution:
         """Carry out a plan; the arm stands where the plan begins.
 
@@ -150,6 +153,8 @@ class GraspExecutor:
             scene: obstacles, for the steps after a moving object.
             eyes: that see a moving object; None for one that stands still.
             sighting: that the plan was made from; needed with eyes.
+            notify: called after each stage with its name: "moved", "reached", "closed", "lifted",
+                or "retreated".
 
         Returns:
             What came of it. After anything but "held" the arm has retreated with an open gripper.
@@ -161,13 +166,19 @@ class GraspExecutor:
                 raise InvalidInputError("a moving object needs the sighting that the plan is from")
             target = MovingTarget(sighting, self.config.motion)
         way = _Way(self, plan, arm, body, scene=scene or Scene(), eyes=eyes, target=target)
+        notify = notify or (lambda stage: None)
         try:
             way.move()
+            notify("moved")
             way.reach()
+            notify("reached")
             way.close()
+            notify("closed")
             way.lift()
+            notify("lifted")
         except _StoppedError as stop:
             way.retreat()
+            notify("retreated")
             return Execution(stop.outcome, stop.reason, arm.time - begun)
         return Execution("held", "", arm.time - begun)
 

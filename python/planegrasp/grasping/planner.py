@@ -62,11 +62,11 @@ class PlannerConfig:
         seed: of all that is random.
     """
 
-    translation_sigma: float = 0.008
+    translation_sigma: float = 0.02
     rotation_sigma: float = math.radians(3.0)
     need_depth: bool = True
-    fit: float = 0.99
-    lift: float = 0.10
+    fit: float = 0.7
+    lift: float = 0.12
     solutions: int = 4
     gripper: GripperShape = field(default_factory=GripperShape)
     inverse: IKConfig = field(default_factory=IKConfig)

@@ -124,6 +124,12 @@ class Hand:
         if not -1.0 <= self.along <= 1.0:
             raise InvalidInputError(f"the place along an edge is -1 … 1, got {self.along}")
 
+    @property
+    def direction(self) -> Float64Array:
+        """Unit vector along the object's x and y from its middle to where the arm comes from."""
+        signs = np.array(_HOLDS[self.hold], dtype=np.float64)
+        return np.asarray(signs / np.linalg.norm(signs), dtype=np.float64)
+
     def add_to(
         self, spec: mujoco.MjSpec, T_world_object: RigidTransform, body: BoxBody, floor: float
     ) -> None:
@@ -161,7 +167,7 @@ class Hand:
         signs = np.array(_HOLDS[self.hold], dtype=np.float64)
         half = np.array(body.size) / 2
         edge = signs * half[:2]
-        outwards = signs / np.linalg.norm(signs)
+        outwards = self.direction
         if np.count_nonzero(signs) == 1:
             # The hand's half width stays on the edge.
             room = np.maximum(half[:2] - 0.04, 0.0)

@@ -1,0 +1,237 @@
+"""The robot of a simulated world as `grasping.interfaces` wants it: an arm, and eyes."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planegrasp.geometry import RigidTransform
+from planegrasp.grasping.interfaces import Sighting
+from planegrasp.simulation.supports import Hand
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from planegrasp.detection import Detection
+    from planegrasp.detector import Detector
+    from planegrasp.robot.state import RobotState
+    from planegrasp.simulation.hand_motion import HandMotion
+    from planegrasp.simulation.raycast_camera import RaycastCamera
+    from planegrasp.simulation.raycast_values import RaycastRendering
+    from planegrasp.simulation.world import World
+
+    Float64Array = NDArray[np.float64]
+
+__all__ = ["DriverConfig", "SimulatedArm", "SimulatedEyes"]
+
+_COLLISIONS = (
+    ("robot", "support"),
+    ("fingers", "support"),
+    ("robot", "floor"),
+    ("fingers", "floor"),
+    ("robot", "robot"),
+    ("robot", "fingers"),
+    ("robot", "object"),
+)
+# The hand's arm goes back this far, this fast, once it has let go [m, m/s].
+_AWAY, _AWAY_SPEED = 0.35, 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class DriverConfig:
+    """Of the simulated robot and of the person.
+
+    Attributes:
+        gripper: name of the actuator whose control is the opening [m].
+        watch: how often contacts are looked at [s].
+        press: share of the commanded force with which fingers press on what they hold.
+        reaction: time from the grip until the support lets go [s].
+        frame_rate: of the camera [Hz].
+        latency: from taking a frame to knowing what is in it [s].
+    """
+
+    gripper: str = "r_gripper"
+    watch: float = 0.01
+    press: float = 0.5
+    reaction: float = 0.25
+    frame_rate: float = 10.0
+    latency: float = 0.1
+
+
+class SimulatedEyes:
+    """The robot's camera and a detector, at a frame rate and with a latency.
+
+    Attributes:
+        frames: how many were looked at.
+        found: in how many of them the object was found.
+        last: the last rendering, and what was detected in it.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        camera: RaycastCamera,
+        detector: Detector,
+        rng: np.random.Generator,
+        *,
+        background: NDArray[np.uint8] | None = None,
+        config: DriverConfig | None = None,
+    ) -> None:
+        """See `SimulatedEyes`; the background is what the wall shows."""
+        self._world, self._camera, self._detector, self._rng = world, camera, detector, rng
+        self._background, self._config = background, config or DriverConfig()
+        self._seen: deque[Sighting] = deque()
+        self._next = 0.0
+        self.frames = self.found = 0
+        self.last: tuple[RaycastRendering, Detection | None] | None = None
+
+    def detect(self) -> Detection | None:
+        """Take a frame now and find the object in it."""
+        rendering = self._camera.render(
+            self._world.data, self._rng, background=self._background, timestamp=self._world.time
+        )
+        name = self._world.object_model.name
+        found = (d for d in self._detector.detect(rendering.frame) if d.name == name)
+        detection = next(found, None)
+        self.frames += 1
+        self.found += detection is not None
+        self.last = (rendering, detection)
+        return detection
+
+    def sight(self, detection: Detection) -> Sighting | None:
+        """What a detection in a frame of this moment says, None where it has no whole pose."""
+        if detection.T_camera_object is None or detection.covariance is None:
+            return None
+        return Sighting(
+            self._world.time,
+            self._world.T_base_camera * detection.T_camera_object,
+            detection.covariance,
+        )
+
+    def watch(self) -> None:
+        """Take a frame if it is time for one."""
+        if self._world.time < self._next:
+            return
+        self._next = self._world.time + 1.0 / self._config.frame_rate
+        detection = self.detect()
+        sighting = None if detection is None or detection.ambiguous else self.sight(detection)
+        if sighting is not None:
+            self._seen.append(sighting)
+
+    def look(self) -> Sighting | None:
+        """The newest sighting that is known by now."""
+        newest = None
+        while self._seen and self._seen[0].time + self._config.latency <= self._world.time:
+            newest = self._seen.popleft()
+        return newest
+
+
+class SimulatedArm:
+    """Drives the robot's arm, and lets the person and the camera act while time passes.
+
+    Attributes:
+        collisions: what the robot touched that it must not touch, in words, and when first [s].
+        released_at: T_base_object when its support let go, None before.
+        gripped_at: T_gripper_object at that time, None before.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        *,
+        motion: HandMotion | None = None,
+        eyes: SimulatedEyes | None = None,
+        config: DriverConfig | None = None,
+    ) -> None:
+        """Drive a world's robot; `motion` is that of the hand that holds the object."""
+        self.world = world
+        self._motion, self._eyes = motion, eyes
+        self._config = config or DriverConfig()
+        self._force = 0.0
+        self._gripped_since: float | None = None
+        self._released: tuple[float, RigidTransform, Float64Array] | None = None
+        self.collisions: dict[str, float] = {}
+        self.released_at: RigidTransform | None = None
+        self.gripped_at: RigidTransform | None = None
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self.world.time
+
+    @property
+    def state(self) -> RobotState:
+        """Where all joints are."""
+        return self.world.robot_state
+
+    @property
+    def is_gripping(self) -> bool:
+        """Whether both fingers press on the object with about the commanded force."""
+        grip = self.world.grip()
+        return grip.closed and grip.force > self._config.press * 2 * self._force
+
+    def move(self, q: Float64Array) -> None:
+        """Set the controls of the arm's actuators, which bear the names of its joints."""
+        joints = self.world.robot.arm_joints
+        self.world.control(dict(zip(joints, np.asarray(q).tolist(), strict=True)))
+
+    def turn_head(self, state: RobotState) -> None:
+        """Turn the head to where it is in a state, see `Robot.look_at`."""
+        robot = self.world.robot
+        self.world.control({name: robot.joint(state, name) for name in robot.head_joints})
+
+    def grip(self, opening: float, force: float) -> None:
+        """Set the gripper's control, and what it may press with."""
+        self._force = force
+        self.world.limit_force(self._config.gripper, force)
+        self.world.control({self._config.gripper: opening})
+
+    def advance(self, seconds: float) -> None:
+        """Simulate; the person's hand moves, the camera looks, contacts are noticed."""
+        end = self.world.time + seconds - 1e-9
+        while self.world.time < end:
+            self._move_hand()
+            self.world.step(min(self._config.watch, end + 1e-9 - self.world.time))
+            self._notice()
+            if self._eyes is not None:
+                self._eyes.watch()
+
+    def _notice(self) -> None:
+        world = self.world
+        for first, second in _COLLISIONS:
+            for contact in world.contacts(first, second, min_force=0.5):
+                what = f"{contact.first} touches {contact.second}"
+                self.collisions.setdefault(what, world.time)
+        if world.is_released:
+            return
+        if not self.is_gripping:
+            self._gripped_since = None
+        elif self._gripped_since is None:
+            self._gripped_since = world.time
+        elif world.time - self._gripped_since >= self._config.reaction:
+            world.release()
+            self.released_at = world.T_base_object
+            self.gripped_at = world.T_base_gripper.inv() * world.T_base_object
+            self._released = (world.time, world.T_base_object, _outwards(world))
+
+    def _move_hand(self) -> None:
+        if self._motion is None:
+            return
+        if self._released is None:
+            self.world.move_support(self._motion.pose(self.world.time))
+            return
+        since, T, outwards = self._released
+        gone = min(_AWAY, _AWAY_SPEED * (self.world.time - since))
+        self.world.move_support(RigidTransform.from_translation(gone * outwards) * T)
+
+
+def _outwards(world: World) -> Float64Array:
+    """Where the person's arm is, seen from the object: unit vector in the base frame."""
+    support = world.support
+    if not isinstance(support, Hand):
+        return np.zeros(3)
+    T = world.T_base_object
+    return np.asarray(T.rotation.apply([*support.direction, 0.0]), dtype=np.float64)
