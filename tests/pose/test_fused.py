@@ -308,3 +308,18 @@ class TestSettings:
         for odds, ambiguous in ((0.999, False), (1e-12, True)):
             config = FusedConfig(ambiguity_odds=odds)
             assert FusedEstimator(config).estimate(faces, frame).ambiguous is ambiguous
+
+
+def test_frames_share_their_scale_s_error_and_nothing_else():
+    """Where size and depth are exact, the whole covariance is noise; else only along the ray."""
+    T = tilted(35, 30, 20)
+    scene = Scene(T)
+    exact = estimate(scene, FusedConfig(size_sigma=0.0), depth=scene.exact_depth())
+    np.testing.assert_allclose(exact.noise_covariance, exact.covariance)
+    unsure = estimate(scene, depth=scene.exact_depth())
+    assert unsure.scale_sigma > 0.005
+    shared = unsure.covariance - unsure.noise_covariance
+    along = T.rotation.inv().apply(T.translation) * unsure.scale_sigma
+    np.testing.assert_allclose(shared[:3, :3], np.outer(along, along), rtol=0.02)
+    assert not np.any(shared[3:])
+    assert np.linalg.eigvalsh(unsure.noise_covariance).min() > 0

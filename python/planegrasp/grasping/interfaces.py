@@ -27,7 +27,8 @@ class Sighting:
     Attributes:
         time: when the frame was taken [s], on the arm's clock.
         T_base_object: pose in the robot's base, with the camera where it was at that time.
-        covariance: 6×6 of (translation, rotation vector) in the object's frame.
+        covariance: 6×6 of (translation, rotation vector) in the object's frame, of what differs
+            from frame to frame (`PoseEstimate.noise_covariance`).
     """
 
     time: float

@@ -103,13 +103,11 @@ class SimulatedEyes:
 
     def sight(self, detection: Detection) -> Sighting | None:
         """What a detection in a frame of this moment says, None where it has no whole pose."""
-        if detection.T_camera_object is None or detection.covariance is None:
+        pose = detection.pose
+        if pose is None or pose.noise_covariance is None:
             return None
-        return Sighting(
-            self._world.time,
-            self._world.T_base_camera * detection.T_camera_object,
-            detection.covariance,
-        )
+        T_base_object = self._world.T_base_camera * pose.T_camera_object
+        return Sighting(self._world.time, T_base_object, pose.noise_covariance)
 
     def watch(self) -> None:
         """Take a frame if it is time for one."""

@@ -29,6 +29,16 @@ impl ScalePrior {
         (self.size_sigma / self.disagreement_sigma()).powi(2)
     }
 
+    /// Standard deviation of the relative error of the distance that all frames of a camera share:
+    /// what both scales leave unknown, however often the object is seen.
+    pub fn shared_sigma(&self, with_depth: bool) -> f64 {
+        if with_depth {
+            self.share_of_size().sqrt() * self.bias_sigma
+        } else {
+            self.size_sigma
+        }
+    }
+
     /// The pose in metres.
     pub fn metric_pose(&self, state: &PoseState) -> Isometry3<f64> {
         let mut T = state.T_camera_object;
@@ -82,6 +92,22 @@ mod tests {
         assert!(distance(0.0, 0.01).abs() < 1e-12);
         assert!((distance(0.01, 0.01) - 0.01).abs() < 1e-12);
         assert!((distance(0.01, 1e-6) - 0.02).abs() < 1e-8);
+    }
+
+    #[test]
+    fn what_frames_share_is_what_remains_of_noiseless_ones() {
+        let prior = ScalePrior {
+            size_sigma: 0.02,
+            bias_sigma: 0.01,
+        };
+        let zeros = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
+        let mut unseen = zeros;
+        unseen[(6, 6)] = prior.disagreement_sigma().powi(2);
+        for (covariance, with_depth) in [(zeros, true), (unseen, false)] {
+            let metric = prior.metric_covariance(&state(0.0), &covariance);
+            let relative = metric.fixed_view::<3, 3>(0, 0).trace().sqrt() / 0.5f64.sqrt();
+            assert!((prior.shared_sigma(with_depth) / relative - 1.0).abs() < 1e-12);
+        }
     }
 
     #[test]

@@ -29,6 +29,11 @@ impl Estimate {
     }
 
     #[getter]
+    fn scale_sigma(&self) -> f64 {
+        self.core.scale_sigma
+    }
+
+    #[getter]
     fn ambiguous(&self) -> bool {
         self.core.ambiguous
     }
