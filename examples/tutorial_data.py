@@ -13,6 +13,8 @@ Everything is made from photographs that come with scikit-image, so no camera is
     poster.png      something that is nowhere in the recording
     recording/      color/, depth/, camera.json: eight RGB-D frames with the book and the box
     truth.json      where both really are in each frame
+    shown.toml      where the box and a robot's gripper around it were when a grasp was shown
+    now.toml        where the robot's camera is, and the box in the first frame
 """
 
 from __future__ import annotations
@@ -37,6 +39,18 @@ TEA_SIZE = (0.12, 0.18, 0.08)
 PHONE = pg.PinholeCamera(width=1600, height=1200, fx=1400.0, fy=1400.0, cx=799.5, cy=599.5)
 CAMERA = pg.PinholeCamera(width=640, height=480, fx=525.0, fy=525.0, cx=319.5, cy=239.5)
 
+# The box stands in front of the robot and faces it; the gripper reaches from the box's right.
+SHOWN = """\
+T_base_object = [
+    [0, 0, -1, 0.7],
+    [-1, 0, 0, -0.1],
+    [0, 1, 0, 0.8],
+    [0, 0, 0, 1],
+]
+T_base_gripper = {translation = [0.7, -0.14, 0.8], quaternion = [0, 0, 0.70711, 0.70711]}
+opening = 0.09
+"""
+
 
 def main(folder: Path) -> None:
     for sub in ("recording/color", "recording/depth"):
@@ -49,6 +63,7 @@ def main(folder: Path) -> None:
     write_color(folder / "poster.png", texture("rocket"))
     write_desk_photo(folder, book)
     write_recording(folder, book, tea)
+    write_pose_files(folder)
 
 
 def tea_photos() -> dict[str, np.ndarray]:
@@ -97,6 +112,21 @@ def write_recording(folder: Path, book: pg.ObjectModel, tea: pg.ObjectModel) -> 
         if i == 0:
             print_corners("recording/color/000000.png", rendering.corners[0])
     (folder / "truth.json").write_text(json.dumps(truth, indent=1))
+
+
+def write_pose_files(folder: Path) -> None:
+    """A grasp that was shown, and what is known of the robot when the recording begins."""
+    (folder / "shown.toml").write_text(SHOWN)
+    # The camera is 1.2 m above the robot's base, and looks forward and half down.
+    forward_down = np.array([1.0, 0.0, -1.0]) / np.sqrt(2)
+    right = np.array([0.0, -1.0, 0.0])
+    T_base_camera = np.eye(4)
+    T_base_camera[:3, :3] = np.column_stack([right, np.cross(forward_down, right), forward_down])
+    T_base_camera[2, 3] = 1.2
+    truth = json.loads((folder / "truth.json").read_text())
+    poses = {"T_base_camera": T_base_camera.round(6), "T_camera_object": truth["000000"]["tea"]}
+    lines = [f"{name} = {np.asarray(T).tolist()}\n" for name, T in poses.items()]
+    (folder / "now.toml").write_text("".join(lines))
 
 
 def print_corners(image: str, corners: np.ndarray) -> None:

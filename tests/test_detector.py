@@ -91,6 +91,7 @@ def test_an_object_is_found_with_its_corners_and_pose(detector, taught, name, ti
     (found,) = detector(name).detect(rendering.frame)
     assert_found(found, rendering, 0, T)
     assert found.name == name
+    assert found.model is taught(name)
     assert found.instance == 0
     assert found.inliers >= 8
     assert 0.5 < found.score <= 1.0

@@ -15,6 +15,7 @@ from planegrasp.geometry import (
     rigid_transform,
     rotation_angle,
     rotation_from_euler,
+    transform_from_quaternion,
 )
 
 PLAIN = PinholeCamera(640, 480, 525.0, 520.0, 319.5, 239.5)
@@ -260,3 +261,17 @@ def test_rounding_of_a_written_matrix_is_accepted():
     found = rigid_transform(rounded).as_matrix()
     np.testing.assert_allclose(found, rounded, atol=2e-5)
     np.testing.assert_allclose(found[:3, :3] @ found[:3, :3].T, np.eye(3), atol=1e-12)
+
+
+@given(quaternion=rotations, translation=st.tuples(*[st.floats(-10, 10)] * 3))
+def test_a_quaternion_becomes_its_rotation(quaternion, translation):
+    rotation = Rotation.from_quat(quaternion)
+    T = transform_from_quaternion(translation, rotation.as_quat())
+    np.testing.assert_allclose(T.rotation.as_matrix(), rotation.as_matrix(), atol=1e-12)
+    np.testing.assert_array_equal(T.translation, translation)
+
+
+@pytest.mark.parametrize("quaternion", [(0, 0, 0, 0.9), (0, 0, 0, 0), (np.nan, 0, 0, 1)])
+def test_a_quaternion_of_another_length_is_refused(quaternion):
+    with pytest.raises(InvalidInputError, match=r"quaternion .* has length .*, a rotation has 1"):
+        transform_from_quaternion((0, 0, 0), quaternion)

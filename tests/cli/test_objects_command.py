@@ -1,8 +1,10 @@
 import json
 
+import numpy as np
 import pytest
 
 from planegrasp.cli import main
+from planegrasp.grasping import CanonicalGrasp
 from planegrasp.library import ObjectLibrary
 
 
@@ -56,6 +58,21 @@ def test_the_list_as_json(run):
     top = result["objects"][1]["faces"][1]
     assert (top["width"], top["height"], top["image_size"]) == (0.15, 0.1, [150, 100])
     assert top["T_object_face"]["translation"] == [0.0, 0.05, 0.0]
+
+
+def test_grasps_are_listed(run, library):
+    assert "grasps" not in run()[1]
+    library["carton"].grasps.append(CanonicalGrasp("side", np.eye(4), 0.062))
+    library.save()
+    _, out, _ = run()
+    assert "grasps" in out
+    assert "side" in out
+    rows = json.loads(run("--json")[1])["objects"]
+    assert rows[0]["grasps"] == []
+    (grasp,) = rows[1]["grasps"]
+    assert (grasp["name"], grasp["opening"], grasp["force"]) == ("side", 0.062, 40.0)
+    assert grasp["T_object_gripper"]["quaternion"] == [0.0, 0.0, 0.0, 1.0]
+    assert rows[1]["body"] == {"size": [0.15, 0.1, 0.1], "centre": [0.0, 0.0, 0.0]}
 
 
 @pytest.mark.usefixtures("library")

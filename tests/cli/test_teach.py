@@ -116,6 +116,39 @@ def test_replacing_needs_to_be_asked_for_and_keeps_the_priority(run, coffee, tmp
     assert (model.faces[0].width, model.priority) == (0.3, 2)
 
 
+def test_the_body_is_taught_with_the_face(run, coffee):
+    _, out, _ = run("teach", "book", coffee, "--width", 0.21, "--thickness", 0.02, "--json")
+    assert json.loads(out)["body"] == {"size": [0.21, 0.14, 0.02], "centre": [0.0, 0.0, -0.01]}
+    body = ObjectLibrary("objects")["book"].body
+    assert (body.size, body.centre) == ((0.21, 0.14, 0.02), (0.0, 0.0, -0.01))
+    # A face of another size has a body of that size, as thick as before.
+    run("teach", "book", coffee, "--width", 0.3, "--replace")
+    assert ObjectLibrary("objects")["book"].body.size == pytest.approx((0.3, 0.2, 0.02))
+    run("teach", "book", coffee, "--width", 0.3, "--replace", "--thickness", 0.03)
+    assert ObjectLibrary("objects")["book"].body.size == pytest.approx((0.3, 0.2, 0.03))
+
+
+def test_without_a_thickness_there_is_no_body(run, coffee):
+    run("teach", "book", coffee, "--width", 0.21)
+    model = ObjectLibrary("objects")["book"]
+    assert model.body is None
+    assert model.outer_body.size == pytest.approx((0.21, 0.14, 0.005))
+
+
+def test_a_box_is_its_own_body(run, coffee):
+    run("teach", "tea", coffee, "--box", "0.15,0.10,0.12", "--face", "back")
+    body = ObjectLibrary("objects")["tea"].body
+    assert (body.size, body.centre) == ((0.15, 0.10, 0.12), (0.0, 0.0, 0.0))
+
+
+def test_replacing_a_face_keeps_a_body_of_another_shape(run, coffee):
+    run("teach", "tea", coffee, "--box", "0.15,0.10,0.12")
+    run("teach", "tea", coffee, "--box", "0.15,0.10,0.12", "--face", "top")
+    arguments = ("--width", 0.14, "--pose", "0,0,0.06,0,0,0,1", "--replace")
+    assert run("teach", "tea", coffee, *arguments)[0] == 0
+    assert ObjectLibrary("objects")["tea"].body.size == (0.15, 0.10, 0.12)
+
+
 def test_the_preview_is_written(run, coffee):
     assert run("teach", "book", coffee, "--width", 0.21, "--preview", "out/seen.png")[0] == 0
     assert min(read_color("out/seen.png").shape[:2]) >= 400
@@ -146,6 +179,9 @@ def test_what_cannot_be_recognised_is_refused_with_reasons(run, tmp_path):
         (("--box", "0.2,0.1"), "--box takes 3 numbers"),
         (("--box", "0.15,0.1,0.1", "--face", "lid"), "a box has no side 'lid'"),
         (("--box", "0.15,0.1,0.1", "--width", 0.2), "leave out --width"),
+        (("--box", "0.15,0.1,0.1", "--thickness", 0.1), "leave out --thickness"),
+        (("--width", 0.2, "--thickness", 20), "did you mean 0.02 (20 mm)"),
+        (("--width", 0.2, "--thickness", 0), "thickness must be > 0 m"),
         (("--box", "150,100,100"), "did you mean 0.15 (150 mm)"),
         (("--width", 0.2, "--face", "a b"), "'a b' cannot be the name of a face"),
     ],

@@ -16,7 +16,7 @@ from planegrasp.cli.common import (
     pose_row,
     print_json,
 )
-from planegrasp.cli.grasp_tables import adapted_table, show_grasps
+from planegrasp.cli.grasp_tables import adapted_table, grasp_lines, grasps_table, numbers
 from planegrasp.errors import GraspError, InvalidInputError
 
 if TYPE_CHECKING:
@@ -130,10 +130,10 @@ def teach(
         print_json({"library": str(library), "object": model.name, "grasps": rows})
         return
     for grasp in taught:
-        x, y, z = 1000 * grasp.T_object_gripper.translation
+        place = numbers(1000 * grasp.T_object_gripper.translation, 1)
         console().print(
-            f"[bold]{model.name}[/] {grasp.name}: gripper at {x:.1f}, {y:.1f}, {z:.1f} mm in the "
-            f"object, fingers {1000 * grasp.opening:.1f} mm apart",
+            f"[bold]{model.name}[/] {grasp.name}: gripper at {place} mm in the object, fingers "
+            f"{1000 * grasp.opening:.1f} mm apart",
             soft_wrap=True,
         )
     console().print(f"saved in {library / model.name}", soft_wrap=True)
@@ -159,7 +159,13 @@ def list_(
 
     objects = ObjectLibrary(library)
     models = list(objects) if object_name is None else [objects[object_name]]
-    show_grasps([(model, model.grasps) for model in models], library, as_json=as_json)
+    if as_json:
+        rows = [{"name": m.name, "grasps": [grasp_row(g) for g in m.grasps]} for m in models]
+        print_json({"library": str(library), "objects": rows})
+    elif any(model.grasps for model in models):
+        console().print(grasps_table(models))
+    else:
+        console().print("no grasps; teach one with `planegrasp grasp teach`")
 
 
 @app.command()
@@ -177,7 +183,12 @@ def show(
     from planegrasp.library import ObjectLibrary
 
     model = ObjectLibrary(library)[object_name]
-    show_grasps([(model, [model.grasp(name)])], library, as_json=as_json, details=True)
+    grasp = model.grasp(name)
+    if as_json:
+        print_json({"library": str(library), "object": model.name, **grasp_row(grasp)})
+        return
+    for line in grasp_lines(model, grasp):
+        console().print(line, soft_wrap=True)
 
 
 @app.command()
@@ -225,6 +236,8 @@ def adapt(
 ) -> None:
     """Print where the gripper goes when the object is at another pose.
 
+    With --json also as matrices, and where the gripper starts before it approaches.
+
     planegrasp grasp adapt book --pose now.toml
 
     planegrasp grasp adapt book side --pose now.json --json
@@ -244,23 +257,24 @@ def adapt(
             f"{pose} does not say where the object is: give T_base_object, or T_base_camera and "
             f"T_camera_object"
         )
-    adapted = [(g, g.adapt(T_base_object), g.pregrasp(T_base_object)) for g in grasps]
-    if as_json:
-        rows = [
+    if not as_json:
+        console().print(adapted_table(grasps, T_base_object))
+        return
+    rows = []
+    for grasp in grasps:
+        T_base_gripper = grasp.adapt(T_base_object)
+        rows.append(
             {
                 "name": grasp.name,
                 "T_base_gripper": T_base_gripper.as_matrix().tolist(),
                 **pose_row(T_base_gripper),
                 "euler": grasp.euler(T_base_object),
-                "T_base_pregrasp": T_base_pregrasp.as_matrix().tolist(),
+                "T_base_pregrasp": grasp.pregrasp(T_base_object).as_matrix().tolist(),
                 "opening": grasp.opening,
                 "force": grasp.force,
             }
-            for grasp, T_base_gripper, T_base_pregrasp in adapted
-        ]
-        print_json({"object": model.name, "grasps": rows})
-        return
-    console().print(adapted_table(adapted, T_base_object))
+        )
+    print_json({"object": model.name, "grasps": rows})
 
 
 def _taught(name: str, poses: Poses, path: Path, asked: Mapping[str, object]) -> CanonicalGrasp:

@@ -122,7 +122,8 @@ def _show(found: Scan, library: Path, *, details: bool, as_json: bool) -> None:
     if details:
         table.add_column("position in the object (m)")
         table.add_column("quaternion x, y, z, w")
-    has_grasps = any(stored.model.grasps for stored in found.objects.values())
+    # With the poses there is no room for them; `planegrasp grasp list` shows more.
+    has_grasps = not details and any(stored.model.grasps for stored in found.objects.values())
     if has_grasps:
         table.add_column("grasps")
     for stored in found.objects.values():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -72,17 +71,25 @@ def _turns(
     there = RigidTransform.from_translation(centre)
     turns = [("", RigidTransform.identity())]
     for axis in sorted(chosen):
-        half_turn = RigidTransform.from_rotation(Rotation.from_euler(axis, math.pi))
+        half_turn = _half_turn(axis)
         turns.append((f"/{axis}", there * half_turn * there.inv()))
     return turns
 
 
+def _half_turn(axis: str) -> RigidTransform:
+    """By 180°, without the rounding of π."""
+    return RigidTransform.from_rotation(
+        Rotation.from_quat([float(axis == one) for one in _AXES] + [0.0])
+    )
+
+
 def _flipped(grasp: CanonicalGrasp) -> CanonicalGrasp:
     """Turned about the axis out of the palm; its way over the object stays what it was."""
-    half_turn = RigidTransform.from_rotation(Rotation.from_euler("x", math.pi))
     x, y, z = grasp.approach
     return replace(
-        grasp, T_object_gripper=grasp.T_object_gripper * half_turn, approach=(x, 0.0 - y, 0.0 - z)
+        grasp,
+        T_object_gripper=grasp.T_object_gripper * _half_turn("x"),
+        approach=(x, 0.0 - y, 0.0 - z),
     )
 
 

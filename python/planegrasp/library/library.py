@@ -75,7 +75,7 @@ class ObjectLibrary:
 
         Args:
             model: the object.
-            replace: take the place of an object of the same name.
+            replace: take the place of an object of the same name, with the grasps of the new one.
 
         Raises:
             DuplicateObjectError: an object has that name already and replace is False, or has it
