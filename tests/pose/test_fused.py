@@ -317,9 +317,11 @@ def test_frames_share_their_scale_s_error_and_nothing_else():
     exact = estimate(scene, FusedConfig(size_sigma=0.0), depth=scene.exact_depth())
     np.testing.assert_allclose(exact.noise_covariance, exact.covariance)
     unsure = estimate(scene, depth=scene.exact_depth())
-    assert unsure.scale_sigma > 0.005
     shared = unsure.covariance - unsure.noise_covariance
-    along = T.rotation.inv().apply(T.translation) * unsure.scale_sigma
-    np.testing.assert_allclose(shared[:3, :3], np.outer(along, along), rtol=0.02)
-    assert not np.any(shared[3:])
+    along = T.rotation.inv().apply(T.translation)
+    sigma = np.sqrt(along @ shared[:3, :3] @ along) / (along @ along)
+    # Both priors, 1.5 % and 1 %, as one: 0.83 %.
+    assert sigma == pytest.approx(0.015 * 0.01 / np.hypot(0.015, 0.01), rel=0.02)
+    np.testing.assert_allclose(shared[:3, :3], sigma**2 * np.outer(along, along), atol=1e-8)
+    np.testing.assert_allclose(shared[3:], 0.0, atol=1e-15)
     assert np.linalg.eigvalsh(unsure.noise_covariance).min() > 0

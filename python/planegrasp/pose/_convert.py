@@ -51,7 +51,7 @@ def from_core(estimate: _core.Estimate) -> PoseEstimate:
         alternative=None if alternative is None else _transform(alternative),
         reprojection_rms=estimate.reprojection_rms,
         depth_pixels=estimate.depth_pixels,
-        scale_sigma=estimate.scale_sigma,
+        noise_covariance=estimate.noise_covariance,
     )
 
 

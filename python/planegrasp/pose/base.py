@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
-import numpy as np
-
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    import numpy as np
     from numpy.typing import NDArray
 
     from planegrasp.geometry import RigidTransform
@@ -49,8 +48,9 @@ class PoseEstimate:
         alternative: the other planar solution, where there is one.
         reprojection_rms: of the inliers [px].
         depth_pixels: how many depth measurements took part.
-        scale_sigma: standard deviation of the relative error of the distance that all frames
-            share, because the taught size and the camera's depth scale are known only so well.
+        noise_covariance: the part of the covariance that differs from frame to frame. What is
+            unknown of the taught size and of the camera's depth scale is the same in all of them
+            and left out: filters over time need this, whoever reaches for the object the whole.
     """
 
     T_camera_object: RigidTransform
@@ -59,22 +59,7 @@ class PoseEstimate:
     alternative: RigidTransform | None
     reprojection_rms: float
     depth_pixels: int
-    scale_sigma: float = 0.0
-
-    @property
-    def noise_covariance(self) -> NDArray[np.float64] | None:
-        """The part of the covariance that differs from frame to frame.
-
-        What all frames share of the error moves the object along the line of sight: it is left
-        out. Filters over time need this; whoever reaches for the object, the whole covariance.
-        """
-        if self.covariance is None:
-            return None
-        T = self.T_camera_object
-        along = self.scale_sigma * T.rotation.inv().apply(T.translation)
-        noise = self.covariance.copy()
-        noise[:3, :3] -= np.outer(along, along)
-        return noise
+    noise_covariance: NDArray[np.float64] | None = None
 
 
 class PoseEstimator(Protocol):

@@ -69,7 +69,11 @@ pub fn summarise(
     Ok(PoseEstimate {
         T_camera_object: scale.metric_pose(&best.state),
         covariance: Some(covariance),
-        scale_sigma: scale.shared_sigma(!problem.planes.is_empty()),
+        noise_covariance: Some(scale.noise_covariance(
+            &best.state,
+            &inverse,
+            !problem.planes.is_empty(),
+        )),
         ambiguous: odds >= ambiguity_odds,
         alternative: second.map(|m| scale.metric_pose(&m.state)),
         reprojection_rms: (squared / problem.points.len().max(1) as f64).sqrt(),

@@ -10,9 +10,9 @@ pub struct PoseEstimate {
     /// Of (translation [m], rotation vector [rad]) in the object's frame; `None` where the method
     /// does not give one.
     pub covariance: Option<Matrix6<f64>>,
-    /// Standard deviation of the relative error of the distance that all frames share: it is part of
-    /// the covariance, but does not average out.
-    pub scale_sigma: f64,
+    /// The part of it that differs from frame to frame: without what is unknown of the taught size
+    /// and of the depth's scale, which all frames share.
+    pub noise_covariance: Option<Matrix6<f64>>,
     /// Whether `alternative` explains the evidence about as well.
     pub ambiguous: bool,
     /// The other planar solution, where there is one.

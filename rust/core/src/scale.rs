@@ -29,16 +29,6 @@ impl ScalePrior {
         (self.size_sigma / self.disagreement_sigma()).powi(2)
     }
 
-    /// Standard deviation of the relative error of the distance that all frames of a camera share:
-    /// what both scales leave unknown, however often the object is seen.
-    pub fn shared_sigma(&self, with_depth: bool) -> f64 {
-        if with_depth {
-            self.share_of_size().sqrt() * self.bias_sigma
-        } else {
-            self.size_sigma
-        }
-    }
-
     /// The pose in metres.
     pub fn metric_pose(&self, state: &PoseState) -> Isometry3<f64> {
         let mut T = state.T_camera_object;
@@ -53,19 +43,48 @@ impl ScalePrior {
         covariance: &SMatrix<f64, PARAMETERS, PARAMETERS>,
     ) -> Matrix6<f64> {
         let share = self.share_of_size();
-        let T = &state.T_camera_object;
-        // A relative change of the distance moves the object along this, in the object's frame.
-        let along: Vector3<f64> = T.rotation.inverse() * T.translation.vector;
-        let mut jacobian = SMatrix::<f64, 6, PARAMETERS>::identity();
-        jacobian
-            .fixed_view_mut::<3, 1>(0, 6)
-            .copy_from(&(along * share));
-        let mut metric = jacobian * covariance * jacobian.transpose();
+        let along = line_of_sight(state);
+        let mut metric = scaled(covariance, &(along * share));
         let unknown = share * self.bias_sigma.powi(2);
         let mut block = metric.fixed_view_mut::<3, 3>(0, 0);
         block += along * along.transpose() * unknown;
         (metric + metric.transpose()) * 0.5
     }
+
+    /// The part of it that differs from frame to frame.
+    ///
+    /// What both scales leave unknown is the same in all frames of a camera. Without depth that is
+    /// all of the disagreement, for nothing of it was measured.
+    pub fn noise_covariance(
+        &self,
+        state: &PoseState,
+        covariance: &SMatrix<f64, PARAMETERS, PARAMETERS>,
+        with_depth: bool,
+    ) -> Matrix6<f64> {
+        let share = if with_depth {
+            self.share_of_size()
+        } else {
+            0.0
+        };
+        let noise = scaled(covariance, &(line_of_sight(state) * share));
+        (noise + noise.transpose()) * 0.5
+    }
+}
+
+/// A relative change of the distance moves the object along this, in the object's frame.
+fn line_of_sight(state: &PoseState) -> Vector3<f64> {
+    let T = &state.T_camera_object;
+    T.rotation.inverse() * T.translation.vector
+}
+
+/// Covariance of a pose that moves along `direction` with the disagreement.
+fn scaled(
+    covariance: &SMatrix<f64, PARAMETERS, PARAMETERS>,
+    direction: &Vector3<f64>,
+) -> Matrix6<f64> {
+    let mut jacobian = SMatrix::<f64, 6, PARAMETERS>::identity();
+    jacobian.fixed_view_mut::<3, 1>(0, 6).copy_from(direction);
+    jacobian * covariance * jacobian.transpose()
 }
 
 #[cfg(test)]
@@ -95,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn what_frames_share_is_what_remains_of_noiseless_ones() {
+    fn frames_share_what_remains_of_noiseless_ones() {
         let prior = ScalePrior {
             size_sigma: 0.02,
             bias_sigma: 0.01,
@@ -104,10 +123,16 @@ mod tests {
         let mut unseen = zeros;
         unseen[(6, 6)] = prior.disagreement_sigma().powi(2);
         for (covariance, with_depth) in [(zeros, true), (unseen, false)] {
-            let metric = prior.metric_covariance(&state(0.0), &covariance);
-            let relative = metric.fixed_view::<3, 3>(0, 0).trace().sqrt() / 0.5f64.sqrt();
-            assert!((prior.shared_sigma(with_depth) / relative - 1.0).abs() < 1e-12);
+            let noise = prior.noise_covariance(&state(0.0), &covariance, with_depth);
+            assert!(noise.norm() < 1e-18);
         }
+        let mut measured = zeros;
+        measured[(6, 6)] = 1e-6;
+        let whole = prior.metric_covariance(&state(0.0), &measured);
+        let shared = prior.metric_covariance(&state(0.0), &zeros);
+        let noise = prior.noise_covariance(&state(0.0), &measured, true);
+        assert!((whole - shared - noise).norm() < 1e-12 * whole.norm());
+        assert!(noise.norm() > 1e-7);
     }
 
     #[test]

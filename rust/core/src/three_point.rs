@@ -33,7 +33,7 @@ pub fn estimate(
     Ok(PoseEstimate {
         T_camera_object: T * face.T_object_face.inverse(),
         covariance: None,
-        scale_sigma: 0.0,
+        noise_covariance: None,
         ambiguous: false,
         alternative: None,
         reprojection_rms: reprojection_rms(face, camera, &T),

@@ -29,8 +29,15 @@ impl Estimate {
     }
 
     #[getter]
-    fn scale_sigma(&self) -> f64 {
-        self.core.scale_sigma
+    fn noise_covariance<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        self.core
+            .noise_covariance
+            .as_ref()
+            .map(|covariance| to_numpy(py, covariance))
+            .transpose()
     }
 
     #[getter]
