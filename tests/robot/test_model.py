@@ -91,7 +91,9 @@ def test_home_by_name_position_or_middle(six_dof_file, tmp_path):
     by_position = Robot.from_file(six_dof_file, gripper_frame="tool", home={"j3": 0.4})
     assert by_position.joint(by_position.home, "j3") == 0.4
     text = six_dof_file.read_text().replace('range="-2 2"', 'range="0.5 1.5"')
-    text = text.replace("<custom>", '<keyframe><key name="up" qpos="1 1 0 0 1 0 0"/></keyframe><custom>')
+    text = text.replace(
+        "<custom>", '<keyframe><key name="up" qpos="1 1 0 0 1 0 0"/></keyframe><custom>'
+    )
     other = tmp_path / "other.xml"
     other.write_text(text)
     by_key = Robot.from_file(other, gripper_frame="tool", home="up")
