@@ -268,8 +268,8 @@ class Kinematics:
             return f"unreachable: {missing:.2f} m outside the workspace"
         position_error, rotation_error = self._errors(closest, target)
         text = (
-            f"unreachable in this orientation: {np.degrees(rotation_error):.0f}° and "
-            f"{position_error:.3f} m off at best"
+            f"unreachable in this orientation: {np.degrees(rotation_error):.1f}° and "
+            f"{1000 * position_error:.1f} mm off at best"
         )
         low, high = self.robot.soft_lower, self.robot.soft_upper
         at_limit = [
