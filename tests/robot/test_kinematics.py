@@ -164,6 +164,36 @@ def test_one_solution_when_one_is_asked_for(pr2):
     assert len(arm.inverse(pr2.T_base_gripper(pr2.home)).solutions) == 1
 
 
+def test_more_starts_reach_more(six_dof):
+    eager, patient = (Kinematics(six_dof, config=IKConfig(hopeless_starts=n)) for n in (1, 20))
+    rng = np.random.default_rng(6)
+    targets = [patient.forward(random_q(six_dof, rng)) for _ in range(30)]
+    assert sum(map(bool, map(eager.inverse, targets))) < 25
+    assert sum(map(bool, map(patient.inverse, targets))) >= 29
+
+
+def test_further_starts_stop_with_what_was_found(pr2):
+    T = pr2.T_base_gripper(pr2.home)
+    once = Kinematics(pr2, config=IKConfig(starts=1)).inverse(T)
+    assert len(once.solutions) == 1
+    assert len(Kinematics(pr2).inverse(T).solutions) > 1
+
+
+@pytest.mark.parametrize("tolerance", [1e-7, 1e-2])
+def test_as_exact_as_asked_for(pr2, tolerance):
+    config = IKConfig(position_tolerance=tolerance, rotation_tolerance=tolerance)
+    arm = Kinematics(pr2, config=config)
+    rng = np.random.default_rng(7)
+    errors = []
+    for _ in range(20):
+        for solution in arm.inverse(arm.forward(random_q(pr2, rng))).solutions:
+            assert solution.position_error <= tolerance
+            assert solution.rotation_error <= tolerance
+            errors.append(max(solution.position_error, solution.rotation_error))
+    # No more exact than asked for either, or the tolerance would cost time for nothing.
+    assert max(errors) > tolerance / 100
+
+
 def test_far_away_is_refused_with_the_distance(pr2, pr2_arm):
     # The shoulder pan's axis is at (-0.05, -0.188, 0.94), the stretched arm 1.001 m long.
     T = RigidTransform.from_translation((-0.05 + 1.001 + 0.14, -0.188, 0.739675 + 0.2))

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -153,6 +154,15 @@ def test_without_camera_or_gripper(six_dof, seven_dof):
         six_dof.look_at((1, 0, 0))
     with pytest.raises(RobotError, match="no gripper"):
         seven_dof.with_opening(seven_dof.home, 0.01)
+
+
+def test_threads_share_a_robot(pr2):
+    rng = np.random.default_rng(0)
+    states = [pr2.with_arm(pr2.home, rng.uniform(-1, 1, 7)) for _ in range(200)]
+    alone = [pr2.T_base_gripper(state).as_matrix() for state in states]
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(pr2.T_base_gripper, states))
+    np.testing.assert_array_equal([T.as_matrix() for T in together], alone)
 
 
 def test_without_the_extra_the_error_says_what_to_install():

@@ -194,6 +194,26 @@ def test_lines_do_not_jump_between_branches(pr2, pr2_arm, over_the_table):
     assert "would have to jump" in result.reason
 
 
+def test_steps_of_lines_and_paths(pr2, pr2_arm, over_the_table):
+    checker = CollisionChecker(pr2)
+    T = pr2_arm.forward(over_the_table)
+    shifted = AT((0, 0, 0.05)) * T
+    turned = T * RigidTransform.from_rotation(Rotation.from_euler("x", 0.2))
+
+    def points(target, **options):
+        config = MotionConfig(step=1.0, **options)
+        return len(straight_line(pr2_arm, checker, over_the_table, target, config=config).q)
+
+    assert points(shifted, line_step=0.005) == 11
+    assert points(shifted, line_step=0.0125) == 5
+    assert points(turned, turn_step=0.02) == 11
+    assert points(turned, turn_step=0.05) == 5
+    goal = over_the_table + np.array([0, 0, 0, 0, 0, 0, 0.5])
+    for step in (0.02, 0.05):
+        path = plan_path(checker, over_the_table, goal, config=MotionConfig(step=step))
+        assert len(path.q) == round(0.5 / step) + 1
+
+
 def test_paths_join_and_turn_back():
     there = Path(np.array([[0.0, 0.0], [0.1, 0.2]]))
     further = Path(np.array([[0.1, 0.2], [0.3, 0.2]]))

@@ -31,8 +31,8 @@ def build_collision_model(
     so that it can be taken without compiling again; `place_object` poses and enables them.
     Obstacles do not collide with each other, nor with what of the robot never moves.
 
-    Obstacles and the lying object are larger by the margin on every side: of pairs of boxes that are
-    apart by less than a margin of its own, MuJoCo misses some.
+    Obstacles and the lying object are larger by the margin on every side: of boxes that are closer
+    than a margin of its own, MuJoCo misses some.
     """
     spec = robot.spec()
     T_world_base = _world_base(robot, state)
