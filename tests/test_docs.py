@@ -41,7 +41,12 @@ def commands(block):
 
 @pytest.mark.parametrize(
     ("page", "ran"),
-    [("README.md", 6), ("docs/tutorial.md", 14), ("docs/conventions.md", 1)],
+    [
+        ("README.md", 6),
+        ("docs/tutorial.md", 14),
+        ("docs/conventions.md", 1),
+        ("docs/robots.md", 3),
+    ],
 )
 @pytest.mark.usefixtures("inside")
 def test_blocks_run(page, ran, capsys):

@@ -35,17 +35,15 @@ class CollisionConfig:
     """How much room the robot keeps.
 
     Attributes:
-        margin: from obstacles and from the object; of a held object from obstacles [m].
-        self_margin: between parts of the robot, whose shapes are round enough already [m].
+        margin: of the robot and what it holds from obstacles, and of the robot from an object that
+            it does not hold [m]. The robot keeps none from itself.
     """
 
     margin: float = 0.005
-    self_margin: float = 0.0
 
     def __post_init__(self) -> None:
-        for name, value in (("margin", self.margin), ("self_margin", self.self_margin)):
-            if not (np.isfinite(value) and value >= 0):
-                raise InvalidInputError(f"{name} must be ≥ 0 m and finite, got {value}")
+        if not (np.isfinite(self.margin) and self.margin >= 0):
+            raise InvalidInputError(f"margin must be ≥ 0 m and finite, got {self.margin}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,29 +147,25 @@ class CollisionChecker:
         geoms, distances = contacts.geom, contacts.dist
         supports = self.scene.object.supports if self.scene.object is not None else ()
         for k in np.argsort(distances).tolist():
-            first, second = sorted(geoms[k].tolist(), key=self._order.__getitem__)
-            own = self._order[second] == 0
-            if distances[k] >= (self.config.self_margin if own else self.config.margin):
-                continue
+            first, second = sorted(geoms[k].tolist(), key=lambda geom: (self._order[geom], -geom))
             names = self._names[first], self._names[second]
             pair = frozenset(names)
             if pair in self._never or pair in allowed:
                 continue
             if names[0] == OBJECT and names[1] in supports:
                 continue
-            return Contact(*names, depth=-float(distances[k]))
+            kept = self.config.margin if self._order[second] == 2 else 0.0
+            return Contact(*names, depth=-float(distances[k]) - kept)
         return None
 
     def _build(self) -> None:
-        self._model = build_collision_model(
-            self.robot, self.scene, self.state, self.config.margin, self.config.self_margin
-        )
+        self._model = build_collision_model(self.robot, self.scene, self.state, self.config.margin)
         place_object(self._model, self.robot, self.scene, self.state)
         self._data = mujoco.MjData(self._model)
         self._data.qpos[:] = self.state.qpos
         bodies = body_names(self._model)
         owners = [bodies[body] for body in self._model.geom_bodyid]
-        # The robot is named before what it holds, and that before obstacles.
+        # The robot is named before what it holds, and that before obstacles; outer links first.
         self._order = [
             0 if not name.startswith(PREFIX) else 1 if name == HELD else 2 for name in owners
         ]

@@ -23,27 +23,29 @@ _EVERYTHING = 0x7FFFFFFF
 
 
 def build_collision_model(
-    robot: Robot, scene: Scene, state: RobotState, margin: float, self_margin: float
+    robot: Robot, scene: Scene, state: RobotState, margin: float
 ) -> mujoco.MjModel:
     """Compile the robot with boxes for the obstacles and, twice, for the object.
 
     The object is there as a body that lies (`LYING`) and as one that hangs on the gripper (`HELD`),
     so that it can be taken without compiling again; `place_object` poses and enables them.
     Obstacles do not collide with each other, nor with what of the robot never moves.
+
+    Obstacles and the lying object are larger by the margin on every side: of boxes that are closer
+    than a margin of its own, MuJoCo misses some.
     """
     spec = robot.spec()
     T_world_base = _world_base(robot, state)
     for obstacle in scene.obstacles:
         T_world_box = T_world_base * obstacle.T_base_box
-        _add_box(spec.worldbody, PREFIX + obstacle.name, obstacle.size, T_world_box)
+        _add_box(spec.worldbody, PREFIX + obstacle.name, obstacle.size, T_world_box, margin)
     if scene.object is not None:
         gripper = robot.model.body(frames.body_of(robot.model, robot.gripper_frame)).name
-        for name, parent in ((LYING, spec.worldbody), (HELD, spec.body(gripper))):
-            _add_box(parent, name, scene.object.size, RigidTransform.identity())
+        nowhere = RigidTransform.identity()
+        _add_box(spec.worldbody, LYING, scene.object.size, nowhere, margin)
+        _add_box(spec.body(gripper), HELD, scene.object.size, nowhere, 0.0)
     model = loading.compile_spec(spec, f"{robot.path} with the scene")
-    boxes = np.array([name.startswith(PREFIX) for name in body_names(model)])[model.geom_bodyid]
-    model.geom_margin[:] = np.where(boxes, margin, self_margin)
-    model.geom_gap[:] = 0.0
+    model.geom_margin[:] = model.geom_gap[:] = 0.0
     return model
 
 
@@ -80,6 +82,7 @@ def _add_box(
     name: str,
     size: tuple[float, float, float],
     T_parent_box: RigidTransform,
+    margin: float,
 ) -> None:
     body = parent.add_body(
         name=name,
@@ -88,7 +91,7 @@ def _add_box(
     )
     body.add_geom(
         type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=np.array(size) / 2,
+        size=np.array(size) / 2 + margin,
         mass=0.0,
         contype=_EVERYTHING,
         conaffinity=_EVERYTHING,

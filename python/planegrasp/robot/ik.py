@@ -22,10 +22,6 @@ class IKConfig:
         solutions: distinct solutions after which it stops.
         starts: tried until it stops with the solutions found, at least one.
         hopeless_starts: tried before it says that there is none.
-        iterations: at most, of one start.
-        largest_step: of a joint in one iteration [rad or m].
-        posture_cost: how strongly redundant joints stay where they started, against 1 per metre.
-        distinct: solutions closer than this in every joint are the same [rad or m].
     """
 
     position_tolerance: float = 2e-5
@@ -33,10 +29,6 @@ class IKConfig:
     solutions: int = 4
     starts: int = 6
     hopeless_starts: int = 20
-    iterations: int = 30
-    largest_step: float = 0.8
-    posture_cost: float = 3e-3
-    distinct: float = 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)

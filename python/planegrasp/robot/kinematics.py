@@ -37,6 +37,13 @@ _DAMPING = 1e-8
 _NEARLY_THERE = 1e-2
 # A start that gained less than this factor in so many iterations is given up.
 _STAGNATION = (6, 0.8)
+# At most, of one start; a joint moves by this at most in each [rad or m].
+_ITERATIONS = 30
+_LARGEST_STEP = 0.8
+# How strongly redundant joints stay where they started.
+_POSTURE_COST = 3e-3
+# Solutions closer than this in every joint are the same [rad or m].
+_DISTINCT = 0.05
 # Positions nearer than this count as reached where it is only about why a pose is not [m].
 _NOTICEABLE = 0.005
 _POSITION_STARTS = 5
@@ -64,7 +71,7 @@ class Kinematics:
         self._task = mink.FrameTask(
             GRIPPER_SITE, "site", position_cost=1.0, orientation_cost=_ORIENTATION_COST
         )
-        self._posture = mink.PostureTask(self._chain, cost=self.config.posture_cost)
+        self._posture = mink.PostureTask(self._chain, cost=_POSTURE_COST)
         self._limit = mink.ConfigurationLimit(self._chain, gain=1.0)
         self._reach = longest_reach(self._chain)
 
@@ -196,14 +203,14 @@ class Kinematics:
         Returns:
             The joints, n, and the remaining cost.
         """
-        configuration, task, config = self._configuration, self._task, self.config
+        configuration, task = self._configuration, self._task
         inside = np.clip(start, self.robot.soft_lower, self.robot.soft_upper)
         configuration.update(inside)
         task.set_target(_se3(target))
         self._posture.set_target(inside)
         patience, gain = _STAGNATION
         history: list[float] = []
-        for _ in range(config.iterations):
+        for _ in range(_ITERATIONS):
             error = task.compute_error(configuration)
             position, rotation = (float(np.linalg.norm(part)) for part in (error[:3], error[3:]))
             history.append(float(np.hypot(position, _ORIENTATION_COST * rotation)))
@@ -215,7 +222,7 @@ class Kinematics:
             v = mink.solve_ik(
                 configuration, tasks, 1.0, _SOLVER, damping=_DAMPING, limits=[self._limit]
             )
-            v *= min(1.0, config.largest_step / max(float(np.abs(v).max()), 1e-12))
+            v *= min(1.0, _LARGEST_STEP / max(float(np.abs(v).max()), 1e-12))
             configuration.integrate_inplace(v, 1.0)
         q = np.clip(configuration.q, self.robot.soft_lower, self.robot.soft_upper)
         return q, history[-1]
@@ -241,7 +248,7 @@ class Kinematics:
     def _known(self, solution: IKSolution, found: list[IKSolution]) -> bool:
         continuous = self.robot.continuous
         return any(
-            np.abs(wrapped_difference(solution.q, other.q, continuous)).max() < self.config.distinct
+            np.abs(wrapped_difference(solution.q, other.q, continuous)).max() < _DISTINCT
             for other in found
         )
 
@@ -268,8 +275,8 @@ class Kinematics:
             return f"unreachable: {missing:.2f} m outside the workspace"
         position_error, rotation_error = self._errors(closest, target)
         text = (
-            f"unreachable in this orientation: {np.degrees(rotation_error):.0f}° and "
-            f"{position_error:.3f} m off at best"
+            f"unreachable in this orientation: {np.degrees(rotation_error):.1f}° and "
+            f"{1000 * position_error:.1f} mm off at best"
         )
         low, high = self.robot.soft_lower, self.robot.soft_upper
         at_limit = [
