@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -175,8 +176,7 @@ def test_collisions_are_told_apart(gripper, box):
     assert world.grip().fingers == ()
     world.reset()
     assert not world.contacts("fingers", "support")
-    palm_in_box = RigidTransform.from_translation([0.5, 0.0, 0.68])
-    crowded = World(gripper, box, palm_in_box)
+    crowded = World(gripper, box, RigidTransform.from_translation([-0.1, 0.0, 0.0]) * IN_GRIPPER)
     assert {c.first for c in crowded.contacts("robot", "object")} == {"palm"}
 
 
@@ -193,7 +193,7 @@ def test_the_object_follows_the_hand(gripper, box):
     world = World(gripper, box, start, Hand("bottom"))
     motion = HandMotion(start, np.random.default_rng(5))
     lags = []
-    while world.time < 4.0:
+    while world.time < 2.0:
         world.move_support(motion.pose(world.time))
         world.step()
         lags.append(moved(world, motion.pose(world.time)))
@@ -228,6 +228,13 @@ def test_a_hand_hides_a_part_of_the_face_and_is_not_inside_of_the_object(pr2, th
     world.reset(pr2.look_at(BEFORE_PR2.translation))
     seen = world.camera(CAMERA).render(world.data, np.random.default_rng(0))
     assert 0.01 < 1.0 - seen.visible[0] < 0.25
+    object_geom = world.model.geom("object").id
+    for geom in range(world.model.ngeom):
+        if world.model.geom(geom).name.startswith("support:"):
+            apart = mujoco.mj_geomDistance(
+                world.model, world.data, geom, object_geom, 0.1, np.zeros(6)
+            )
+            assert apart > 0, world.model.geom(geom).name
     skin = [g for g in range(world.model.ngeom) if world.model.geom(g).name.startswith("support:")]
     assert np.count_nonzero(np.isin(seen.geoms, skin)) > 500
 
@@ -261,6 +268,29 @@ def test_the_pr2_stands_still_and_touches_nothing(pr2, box):
     for group in ("robot", "fingers", "object", "support"):
         assert not world.contacts("robot", group)
         assert not world.contacts("fingers", group)
+
+
+def test_the_pr2_holds_a_box_by_friction(pr2, box):
+    reaching = pr2.with_arm(pr2.home, [-0.3, 0.2, -0.5, -1.2, 0.3, -0.9, 0.4])
+    # The palm at the box's right side, its depth between the fingers.
+    T_gripper_object = RigidTransform.from_components([0.055, 0.0, 0.0], IN_GRIPPER.rotation)
+    T_base_object = pr2.T_base_gripper(reaching) * T_gripper_object
+    world = World(pr2, box, T_base_object, Hand("left", reach=0.03))
+    world.reset(pr2.with_opening(reaching, 0.09))
+    assert world.grip().fingers == ()
+    world.limit_force("r_gripper", 40.0)
+    world.control({"r_gripper": 0.0})
+    world.step(1.0)
+    assert world.grip().closed
+    assert world.grip().force == pytest.approx(80.0, rel=0.02)  # 40 N a finger
+    before = world.T_base_gripper.inv() * world.T_base_object
+    world.release()
+    world.step(2.0)
+    after = world.T_base_gripper.inv() * world.T_base_object
+    assert world.grip().closed
+    assert np.linalg.norm(after.translation - before.translation) < 5e-4
+    assert not world.contacts("robot", "object")
+    assert not world.contacts("fingers", "support")
 
 
 def test_the_robots_arm_is_in_view(pr2, box):
