@@ -1,5 +1,6 @@
 """The world by Newton's and Coulomb's laws, with a gripper of two fingers and with the PR2."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -93,6 +94,8 @@ def test_released_it_falls_freely_and_lies_with_its_weight_on_the_floor(gripper,
     world.step(0.2)
     fallen = start.translation[2] - world.T_base_object.translation[2]
     assert fallen == pytest.approx(GRAVITY * 0.2**2 / 2, rel=0.02)
+    free_joint = world.data.qpos[len(world.robot_state.qpos) :]
+    np.testing.assert_array_equal(world.T_base_object.translation, free_joint[:3])
     assert not world.contacts("object", "floor")
     world.step(2.0)
     # Upright on its lower side: the floor is 0.051 m below the base.
@@ -339,6 +342,14 @@ def test_a_face_off_the_body_is_refused(gripper, photo):
         World(gripper, wrong, IN_GRIPPER).camera(CAMERA)
 
 
+def test_a_robot_without_camera_needs_a_frame(gripper, box):
+    blind = replace(gripper, camera_frame=None)
+    world = World(blind, box, IN_GRIPPER)
+    with pytest.raises(InvalidInputError, match="the robot has no camera"):
+        world.camera(CAMERA)
+    assert world.camera(CAMERA, "eye").render(world.data, np.random.default_rng(0)).visible
+
+
 def test_a_tripod_does_not_move(gripper, box):
     with pytest.raises(InvalidInputError, match="only a hand moves"):
         World(gripper, box, IN_GRIPPER).move_support(IN_GRIPPER)
@@ -346,6 +357,8 @@ def test_a_tripod_does_not_move(gripper, box):
 
 def test_unknown_names_are_refused(gripper, box):
     world = World(gripper, box, IN_GRIPPER)
+    with pytest.raises(InvalidInputError, match="has no body 'nose'"):
+        world.camera(CAMERA, "nose")
     with pytest.raises(InvalidInputError, match="no group 'table'; there are: robot, fingers"):
         world.contacts("robot", "table")
     with pytest.raises(InvalidInputError, match="has no actuator 'wheel'"):
