@@ -1,3 +1,5 @@
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -6,9 +8,9 @@ from planegrasp.geometry import RigidTransform, Rotation, rotation_angle
 from planegrasp.simulation.hand_motion import HandMotion, HandMotionConfig
 
 REST = RigidTransform.from_components([0.7, -0.2, 0.9], Rotation.from_euler("xyz", [0.4, 1.0, -2]))
-STEP = 0.005
-TIMES = np.arange(0.0, 60.0, STEP)
-SEEDS = range(8)
+STEP = 0.02
+TIMES = np.arange(0.0, 40.0, STEP)
+SEEDS = range(3)
 
 
 def motion(seed=0, **settings):
@@ -38,8 +40,8 @@ def test_the_drift_keeps_its_speed_and_stays_near(seed):
     assert speeds.max() <= 0.1 + 1e-9
     assert away.max() <= 0.08 + 1e-9
     # It does move: a bound that is never approached would make experiments easy.
-    assert speeds.max() > 0.04
-    assert away.max() > 0.03
+    assert speeds.max() > 0.055
+    assert away.max() > 0.04
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -56,24 +58,22 @@ def test_it_turns_slowly_by_a_few_degrees(seed):
     moving = motion(seed)
     turns = [moving.drift(t).rotation for t in TIMES[::10]]
     angles = np.degrees([rotation_angle(REST.rotation, turn) for turn in turns])
-    rates = [
-        np.degrees(rotation_angle(a, b)) / (10 * STEP)
-        for a, b in zip(turns[:-1], turns[1:], strict=True)
-    ]
+    rates = [np.degrees(rotation_angle(a, b)) / (10 * STEP) for a, b in pairwise(turns)]
     assert 1.0 < angles.max() <= 5.0 + 1e-6
-    assert max(rates) <= np.pi * 0.4 * 5.0
+    assert max(rates) < 15.0
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_tremor_is_one_of_8_to_12_hz_and_of_a_millimetre(seed):
     moving = motion(seed)
-    times = np.arange(1.0, 21.0, STEP)  # after its onset
+    step = 0.01
+    times = np.arange(1.0, 11.0, step)  # after its onset
     tremor = track(moving.pose, times) - track(moving.drift, times)
     power = np.sum(
         np.abs(np.fft.rfft(tremor * np.hanning(len(times))[:, None], axis=0)) ** 2, axis=1
     )
-    hertz = np.fft.rfftfreq(len(times), STEP)
-    inside = (hertz > 7.8) & (hertz < 12.2)
+    hertz = np.fft.rfftfreq(len(times), step)
+    inside = (hertz > 7.6) & (hertz < 12.4)
     assert power[inside].sum() > 0.999 * power.sum()
     sizes = np.linalg.norm(tremor, axis=1)
     assert 0.4e-3 < sizes.max() <= 1e-3
@@ -82,12 +82,12 @@ def test_the_tremor_is_one_of_8_to_12_hz_and_of_a_millimetre(seed):
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_wander_has_only_slow_waves(seed):
-    times = np.arange(0.0, 200.0, 0.05)
+    times = np.arange(0.0, 100.0, 0.1)
     path = track(motion(seed).drift, times)
     path = (path - path.mean(axis=0)) * np.hanning(len(times))[:, None]
     power = np.sum(np.abs(np.fft.rfft(path, axis=0)) ** 2, axis=1)
-    hertz = np.fft.rfftfreq(len(times), 0.05)
-    assert power[hertz < 0.42].sum() > 0.999 * power.sum()
+    hertz = np.fft.rfftfreq(len(times), 0.1)
+    assert power[hertz < 0.63].sum() > 0.999 * power.sum()
 
 
 def test_the_seed_decides():

@@ -43,7 +43,7 @@ def scene(T_camera_object, more="", size=SIZE):
 
     model = mujoco.MjModel.from_xml_string(
         f"""<mujoco><worldbody>
-        <body {at(T_world_camera)}><site name="eye"/></body>
+        <body name="mount" {at(T_world_camera)}><site name="eye"/></body>
         <body name="box" {at(T)}><geom name="box" type="box" size="{half}" rgba=".3 .5 .7 1"/>
         </body>{more}</worldbody></mujoco>"""
     )
@@ -269,12 +269,21 @@ def test_the_detector_finds_the_pose(photo):
         assert np.linalg.norm(found.T_camera_object.translation - T.translation) < 0.5e-3
 
 
-@pytest.mark.parametrize("kind", ["site", "geom"])
-def test_unknown_names_are_refused(kind, face):
+def test_the_optical_frame_may_be_a_body(face):
+    model, data = scene(pose())
+    T_world_site = RaycastCamera(model, PLAIN, "eye").T_world_camera(data)
+    T_world_body = RaycastCamera(model, PLAIN, "mount").T_world_camera(data)
+    np.testing.assert_allclose(T_world_site.as_matrix(), T_world_body.as_matrix(), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("frame", "geom", "message"),
+    [("nose", "box", "has no body 'nose'"), ("eye", "carton", "has no geom 'carton'")],
+)
+def test_unknown_names_are_refused(face, frame, geom, message):
     model, _ = scene(pose())
-    site, geom = ("nose", "box") if kind == "site" else ("eye", "carton")
-    with pytest.raises(InvalidInputError, match=f"has no {kind} '(nose|carton)'"):
-        RaycastCamera(model, PLAIN, site, [Printed(geom, face)])
+    with pytest.raises(InvalidInputError, match=message):
+        RaycastCamera(model, PLAIN, frame, [Printed(geom, face)])
 
 
 @pytest.mark.parametrize("height", [0.02, 0.03])

@@ -1,4 +1,8 @@
-"""Synthetic RGB-D frames with exact ground truth."""
+"""Synthetic RGB-D frames with exact ground truth.
+
+The world for grasp experiments needs the extra `robot` and is imported by its modules: `world`,
+`raycast_camera`, `hand_motion`, `objects`.
+"""
 
 from planegrasp.simulation.depth_sensor import KinectV1
 from planegrasp.simulation.rectangle import Rectangle

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +37,7 @@ class HandMotionConfig:
     speed: float = 0.1
     excursion: float = 0.08
     turn: float = np.radians(5.0)
-    wander_band: tuple[float, float] = (0.1, 0.4)
+    wander_band: tuple[float, float] = (0.15, 0.6)
     tremor: float = 0.001
     tremor_band: tuple[float, float] = (8.0, 12.0)
     tremor_onset: float = 0.5
@@ -71,16 +72,15 @@ class HandMotion:
         config = config or HandMotionConfig()
         self.rest = rest
         self.config = config
-        self._drift_hz = rng.uniform(*config.wander_band, _WAVES)
-        shares = _shares(rng)
-        # Half of 1 - cos(2πft) stays in 0 … 1 and changes by at most πf a second.
-        fastest = float(np.pi * (self._drift_hz @ shares))
-        extent = min(config.excursion, config.speed / fastest)
-        self._drift = extent * shares[:, None] * _directions(rng)
-        self._turn_hz = rng.uniform(*config.wander_band, _WAVES)
-        self._turn = config.turn * _shares(rng)[:, None] * _directions(rng)
-        self._tremor_hz = rng.uniform(*config.tremor_band, _WAVES)
-        self._tremor = config.tremor * _shares(rng)[:, None] * _directions(rng)
+        # Half of 1 - cos(2πft) is in 0 … 1 and changes by at most πf a second.
+        self._drift_hz, drift = _waves(rng, config.wander_band)
+        farthest = _longest_sum(drift, (0.0, 1.0))
+        fastest = _longest_sum(np.pi * self._drift_hz[:, None] * drift, (-1.0, 1.0))
+        self._drift = min(config.excursion / farthest, config.speed / fastest) * drift
+        self._turn_hz, turn = _waves(rng, config.wander_band)
+        self._turn = config.turn / _longest_sum(turn, (0.0, 1.0)) * turn
+        self._tremor_hz, tremor = _waves(rng, config.tremor_band)
+        self._tremor = config.tremor / _longest_sum(tremor, (-1.0, 1.0)) * tremor
 
     def pose(self, t: float) -> RigidTransform:
         """T_base_hand at a time [s] from 0 on."""
@@ -110,13 +110,18 @@ def _raised(frequencies: Float64Array, t: float) -> Float64Array:
     return np.asarray(0.5 - 0.5 * np.cos(2.0 * np.pi * frequencies * t), dtype=np.float64)
 
 
-def _shares(rng: np.random.Generator) -> Float64Array:
-    """How much each wave counts, of 1 in all."""
-    weights = rng.uniform(0.5, 1.0, _WAVES)
-    return np.asarray(weights / weights.sum(), dtype=np.float64)
+def _waves(
+    rng: np.random.Generator, band: tuple[float, float]
+) -> tuple[Float64Array, Float64Array]:
+    """Frequencies [Hz], and a random vector for each."""
+    return rng.uniform(*band, _WAVES), rng.normal(size=(_WAVES, 3))
 
 
-def _directions(rng: np.random.Generator) -> Float64Array:
-    """Random unit vectors, one a row."""
-    vectors = rng.normal(size=(_WAVES, 3))
-    return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True), dtype=np.float64)
+def _longest_sum(vectors: Float64Array, ends: tuple[float, float]) -> float:
+    """The longest sum of vectors, each times a factor between the ends.
+
+    Length is convex, so the longest has every factor at an end. Waves without a common period come
+    as near to it as one likes, if one waits.
+    """
+    factors = np.array(list(product(ends, repeat=len(vectors))))
+    return float(np.linalg.norm(factors @ vectors, axis=1).max())

@@ -16,6 +16,7 @@ import numpy as np
 from planegrasp.errors import InvalidInputError
 from planegrasp.geometry import RigidTransform, Rotation
 from planegrasp.rgbd import RGBDFrame
+from planegrasp.simulation._dependencies import mujoco
 from planegrasp.simulation.raycast import Raycaster, distance_to_surface, named
 from planegrasp.simulation.raycast_values import Printed, RaycastConfig, RaycastRendering
 from planegrasp.simulation.rectangle import Rectangle, level_of_detail, polygon_area, sample
@@ -23,7 +24,6 @@ from planegrasp.simulation.rectangle import Rectangle, level_of_detail, polygon_
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import mujoco
     from numpy.typing import NDArray
 
     from planegrasp.geometry import PinholeCamera
@@ -47,13 +47,13 @@ class _View:
 
 
 class RaycastCamera:
-    """An RGB-D camera whose optical frame (x right, y down, z forward) is a site of the model."""
+    """An RGB-D camera whose optical frame (x right, y down, z forward) is a site or body."""
 
     def __init__(
         self,
         model: mujoco.MjModel,
         camera: PinholeCamera,
-        site: str,
+        frame: str,
         printed: Sequence[Printed] = (),
         config: RaycastConfig | None = None,
     ) -> None:
@@ -62,19 +62,21 @@ class RaycastCamera:
         Args:
             model: of the scene.
             camera: intrinsics; distortion is rendered.
-            site: name of the site with the optical frame.
+            frame: name of the site or body with the optical frame.
             printed: the photographs in the scene.
             config: defaults where None.
 
         Raises:
-            InvalidInputError: the model has no such site or geom, or a photograph does not lie on
+            InvalidInputError: the model has no such frame or geom, or a photograph does not lie on
                 the surface of its geom.
         """
         self.camera = camera
         self.config = config or RaycastConfig()
         self.printed = tuple(printed)
         self._model = model
-        self._site = named(model, "site", site)
+        is_site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, frame) >= 0
+        self._prefix = "site_x" if is_site else "x"
+        self._frame = named(model, "site" if is_site else "body", frame)
         self._geoms = [named(model, "geom", p.geom) for p in self.printed]
         for geom, on in zip(self._geoms, self.printed, strict=True):
             _check_on_surface(model, geom, on)
@@ -83,10 +85,9 @@ class RaycastCamera:
 
     def T_world_camera(self, data: mujoco.MjData) -> RigidTransform:
         """Pose of the optical frame."""
-        return RigidTransform.from_components(
-            data.site_xpos[self._site],
-            Rotation.from_matrix(data.site_xmat[self._site].reshape(3, 3)),
-        )
+        position = getattr(data, f"{self._prefix}pos")[self._frame]
+        matrix = getattr(data, f"{self._prefix}mat")[self._frame].reshape(3, 3)
+        return RigidTransform.from_components(position, Rotation.from_matrix(matrix))
 
     def render(
         self,
@@ -114,13 +115,13 @@ class RaycastCamera:
         edges = np.flatnonzero(_edges(hits.geom.reshape(shape), owners.reshape(shape)))
         image[edges] = self._shared_out(edges, data, view)
 
-        noisy = image.reshape(*shape, 3)
-        noisy = noisy + rng.standard_normal(noisy.shape, np.float32) * np.float32(
-            self.config.color_noise
-        )
+        noisy = rng.standard_normal((*shape, 3), np.float32)
+        noisy *= np.float32(self.config.color_noise)
+        noisy += image.reshape(noisy.shape)
+        np.clip(np.rint(noisy, out=noisy), 0, 255, out=noisy)
         depth = np.minimum(hits.depth, self.config.background_depth).reshape(shape)
         frame = RGBDFrame(
-            color=np.clip(np.rint(noisy), 0, 255).astype(np.uint8),
+            color=noisy.astype(np.uint8),
             depth=self.config.depth_sensor.measure(depth, rng),
             camera=self.camera,
             name=name,
@@ -232,13 +233,14 @@ class RaycastCamera:
     ) -> NDArray[np.float32]:
         """N×3 colours of rays in these pixels."""
         seen = self._seen(hits)
-        colors = self._rgb[seen] * self._brightness(hits.facing)[:, None]
+        colors = np.take(self._rgb, seen, axis=0)
+        colors *= self._brightness(hits.facing)[:, None]
         empty = seen < 0
         colors[empty] = view.wall[pixels[empty]]
         for index, texture in enumerate(view.textures):
             mine = owners == index
             colors[mine] = texture[pixels[mine]]
-        return np.asarray(colors, np.float32)
+        return colors
 
     def _shared_out(
         self, edges: NDArray[np.intp], data: mujoco.MjData, view: _View

@@ -121,6 +121,8 @@ class World:
         """Simulate some time, rounded to time steps; one step where None."""
         steps = 1 if seconds is None else round(seconds / self.model.opt.timestep)
         mujoco.mj_step(self.model, self.data, steps)
+        # A step leaves poses as they were at its start.
+        mujoco.mj_kinematics(self.model, self.data)
 
     def control(self, values: Mapping[str, float]) -> None:
         """Set the controls of actuators by name; the others keep theirs."""
@@ -176,16 +178,18 @@ class World:
         return self.robot.T_base_camera(self.robot_state)
 
     def camera(
-        self, camera: PinholeCamera, site: str | None = None, config: RaycastConfig | None = None
+        self, camera: PinholeCamera, frame: str | None = None, config: RaycastConfig | None = None
     ) -> RaycastCamera:
-        """An RGB-D camera that sees the object's photographs; the robot's own where site is None.
+        """An RGB-D camera that sees the object's photographs; the robot's own where frame is None.
 
         Raises:
-            InvalidInputError: there is no such site.
+            InvalidInputError: there is no such site or body, or the robot has no camera.
         """
+        frame = frame or self.robot.camera_frame
+        if frame is None:
+            raise InvalidInputError("the robot has no camera: name a site or body with one")
         printed = [Printed(OBJECT, face) for face in self.object_model.faces]
-        site = site or self.robot.camera_frame or ""
-        return RaycastCamera(self.model, camera, site, printed, config)
+        return RaycastCamera(self.model, camera, frame, printed, config)
 
     def contacts(self, first: str, second: str, min_force: float = 0.0) -> tuple[Contact, ...]:
         """What of two groups touches now.

@@ -28,7 +28,8 @@ class WorldConfig:
         friction: Coulomb's coefficient of the object's surface; a finger whose contact parameters
             have priority decides by its own.
         color: of the object's sides without a photograph, RGB 0 … 1.
-        floor_height: below the robot's base frame where negative [m].
+        floor_height: z of the floor in the world of the robot's model [m]; the PR2's wheels reach
+            0.051 m below its base.
         floor_color: RGB 0 … 1.
         timestep: of the simulation [s].
         impratio: how much stiffer friction is than normal forces. Without, what is held creeps.
