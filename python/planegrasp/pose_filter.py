@@ -32,8 +32,9 @@ class PoseFilterConfig:
     """What is assumed of the motion.
 
     Attributes:
-        linear_acceleration: standard deviation [m/s²] of what changes the velocity in a second; 0.3
-            suits something that a person holds.
+        linear_acceleration: standard deviation [m/s²] of what changes the velocity in a second; 0.1
+            suits something that a person holds: it drifts by 0.1 m/s and turns back in a second or
+            two.
         angular_acceleration: the same for the rotation [rad/s²].
         linear_speed: standard deviation of the velocity [m/s] before it was ever measured.
         angular_speed: the same for the rotation [rad/s].
@@ -44,8 +45,8 @@ class PoseFilterConfig:
             5 refuses one of 30 000 good ones.
     """
 
-    linear_acceleration: float = 0.3
-    angular_acceleration: float = 0.6
+    linear_acceleration: float = 0.1
+    angular_acceleration: float = 0.3
     linear_speed: float = 0.15
     angular_speed: float = 0.3
     tremor: float = 0.0005

@@ -251,10 +251,11 @@ class _Way:
                 )
 
     def lift(self) -> None:
-        """Straight up with the object."""
+        """Straight up with the object, which goes where the gripper goes from now on."""
         if self._target is None:
             self._follow(self._plan.lift, self._config.lift_speed / 0.4)
         else:
+            self._eyes = None
             self._rise()
         if not self._arm.is_gripping:
             raise _StoppedError("dropped", "the fingers press on nothing after lifting")

@@ -85,6 +85,7 @@ class SimulatedEyes:
         self._background, self._config = background, config or DriverConfig()
         self._seen: deque[Sighting] = deque()
         self._next = 0.0
+        self._wanted = False
         self.frames = self.found = 0
         self.last: tuple[RaycastRendering, Detection | None] | None = None
 
@@ -110,9 +111,10 @@ class SimulatedEyes:
         return Sighting(self._world.time, T_base_object, pose.noise_covariance)
 
     def watch(self) -> None:
-        """Take a frame if it is time for one."""
-        if self._world.time < self._next:
+        """Take a frame if it is time for one and somebody has looked since the last one."""
+        if self._world.time < self._next or not self._wanted:
             return
+        self._wanted = False
         self._next = self._world.time + 1.0 / self._config.frame_rate
         detection = self.detect()
         sighting = None if detection is None or detection.ambiguous else self.sight(detection)
@@ -121,6 +123,7 @@ class SimulatedEyes:
 
     def look(self) -> Sighting | None:
         """The newest sighting that is known by now."""
+        self._wanted = True
         newest = None
         while self._seen and self._seen[0].time + self._config.latency <= self._world.time:
             newest = self._seen.popleft()
