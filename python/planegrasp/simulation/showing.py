@@ -7,6 +7,7 @@ recorded is the same: the object as the camera sees it, the gripper as the joint
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +21,8 @@ from planegrasp.simulation.experiment import KINECT, facing
 from planegrasp.simulation.world import World, WorldConfig
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from planegrasp.body import BoxBody
     from planegrasp.detector import Detector
     from planegrasp.robot.model import Robot
@@ -32,8 +35,10 @@ SIDES = ("side", "top", "left", "bottom")
 
 # How far the point between the fingertips lies inside of the object's edge [m].
 _DEPTH = 0.03
-# Where the object may be shown, facing the camera: the first place where the arm can hold it [m].
+# Where the object may be shown: the first place at which the arm can hold it [m].
 _PLACES = ((0.62, -0.12, 0.85), (0.55, -0.20, 0.70), (0.50, -0.10, 0.95), (0.60, -0.35, 0.80))
+# How high its face looks, between the horizon (0) and the camera (1).
+_UPWARDS = (1.0, 0.5, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,11 +106,9 @@ def show_grasp(
     if robot.gripper is None:
         raise TeachingError("a robot without gripper cannot show a grasp")
     opening = 0.95 * robot.gripper.max_opening if opening is None else opening
-    eye = robot.T_base_camera(robot.home).translation
     T_object_gripper = hold_at(thing.model.outer_body, side)
-    for place in _PLACES:
-        T_base_object = facing(np.array(place), eye)
-        state = robot.look_at(place)
+    for T_base_object in _places(robot):
+        state = robot.look_at(T_base_object.translation)
         result = Kinematics(robot, state).inverse(T_base_object * T_object_gripper, seed=seed)
         if result:
             break
@@ -123,3 +126,12 @@ def show_grasp(
         opening,
         world.T_base_object,
     )
+
+
+def _places(robot: Robot) -> Iterator[RigidTransform]:
+    """T_base_object of an upright object before the robot."""
+    eye = robot.T_base_camera(robot.home).translation
+    for upwards, place in product(_UPWARDS, _PLACES):
+        position = np.array(place)
+        height = position[2] + upwards * (eye[2] - position[2])
+        yield facing(position, np.array([eye[0], eye[1], height]))
