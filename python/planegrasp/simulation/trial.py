@@ -5,6 +5,7 @@ Perception works on rendered, noisy frames alone. The true poses of the simulati
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from planegrasp.grasping.plan import GraspPlan
     from planegrasp.grasping.planner import GraspPlanner
     from planegrasp.robot.scene import Scene
+    from planegrasp.robot.state import RobotState
     from planegrasp.simulation.driver import SimulatedArm, SimulatedEyes
 
 __all__ = ["Trial", "TrialConfig", "run_trial"]
@@ -59,6 +61,9 @@ class Trial:
     Attributes:
         detection: that was planned with, None where the object was not found.
         plan: or the refusal; None where the object was not found.
+        plan_seconds: processor time of planning, which is done in one thread.
+        state: of the robot when it planned, None where the object was not found.
+        T_base_object: the true pose at that time, likewise.
         execution: None where nothing was attempted.
         gripper_error: of the adapted gripper pose against the ideal one: (distance [m], angle
             [rad]).
@@ -71,6 +76,9 @@ class Trial:
 
     detection: Detection | None = None
     plan: GraspPlan | GraspRefusal | None = None
+    plan_seconds: float = 0.0
+    state: RobotState | None = None
+    T_base_object: RigidTransform | None = None
     execution: Execution | None = None
     gripper_error: tuple[float, float] | None = None
     lifted: float = 0.0
@@ -126,9 +134,12 @@ def run_trial(
     T_base_object = world.T_base_camera * detection.T_camera_object
     sighting = eyes.sight(detection)
     scene, supports = scene_of(T_base_object)
+    trial.state, trial.T_base_object = arm.state, world.T_base_object
+    begun = time.thread_time()
     plan = trial.plan = planner.plan(
         detection, world.T_base_camera, scene=scene, start=arm.state, supports=supports
     )
+    trial.plan_seconds = time.thread_time() - begun
     if isinstance(plan, GraspRefusal):
         trial.collisions = arm.collisions
         return trial

@@ -58,6 +58,9 @@ class World:
         robot: its values are of the robot without the world.
         object_model: what is held.
         support: what holds it.
+        groups: for each geom "robot" (all but the fingers), "fingers", "object", "support" or
+            "floor".
+        T_world_base: pose of the robot's base in MuJoCo's world.
         config: of the world.
     """
 
@@ -92,8 +95,8 @@ class World:
         self.data = mujoco.MjData(self.model)
         self._object = named(self.model, "body", OBJECT)
         self._weld = named(self.model, "equality", WELD)
-        self._groups = geom_groups(self.model, robot)
-        self._T_world_base = T_world_base
+        self.groups = geom_groups(self.model, robot)
+        self.T_world_base = T_world_base
         self._T_base_object = T_base_object
         self.reset()
 
@@ -144,7 +147,7 @@ class World:
         mocap = self.model.body(SUPPORT).mocapid[0]
         if mocap < 0:
             raise InvalidInputError("only a hand moves, the object's support is a tripod")
-        T = self._T_world_base * T_base_hand
+        T = self.T_world_base * T_base_hand
         x, y, z, w = T.rotation.as_quat()
         self.data.mocap_pos[mocap], self.data.mocap_quat[mocap] = T.translation, (w, x, y, z)
 
@@ -165,7 +168,7 @@ class World:
     @property
     def T_base_object(self) -> RigidTransform:
         """Where the object is."""
-        return self._T_world_base.inv() * self._pose("x", self._object)
+        return self.T_world_base.inv() * self._pose("x", self._object)
 
     @property
     def T_base_gripper(self) -> RigidTransform:
@@ -199,7 +202,7 @@ class World:
             second: likewise; the same as the first for a robot that touches itself.
             min_force: leave out contacts with less normal force [N].
         """
-        return contacts(self.model, self.data, self._groups, (first, second), min_force)
+        return contacts(self.model, self.data, self.groups, (first, second), min_force)
 
     def grip(self) -> Grip:
         """How the fingers hold the object."""
