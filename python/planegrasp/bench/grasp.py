@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from planegrasp.simulation.trial import Trial
 
-__all__ = ["GraspSettings", "Outcome", "run", "taught_experiment"]
+__all__ = ["SIDES", "GraspSettings", "Outcome", "run", "taught_experiment"]
 
 # The walls behind the objects; the photographs on the objects are others.
 _WALLS = 4

@@ -184,6 +184,41 @@ def recorded(
 
 
 @app.command()
+def grasp(
+    *,
+    static: Annotated[
+        int | None, typer.Option(min=0, help="Poses on a tripod.", show_default="300")
+    ] = None,
+    handheld: Annotated[
+        int | None, typer.Option(min=0, help="Poses in a hand.", show_default="150")
+    ] = None,
+    sides: Annotated[
+        str | None,
+        typer.Option(
+            help="Grasps that are taught, separated by commas: side, top, left, bottom.",
+            metavar="A,B",
+            show_default="all",
+        ),
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, help="Processes.", show_default="one a core")
+    ] = None,
+    seed: SeedOption = 0,
+    quick: QuickOption = False,
+    json_file: JsonFileOption = None,
+) -> None:
+    """Grasps of a simulated PR2: success, refusals and failures, on a tripod and hand-held."""
+    from planegrasp.bench import grasp as bench
+
+    settings = bench.GraspSettings.quick() if quick else bench.GraspSettings()
+    given = {"static": static, "handheld": handheld, "jobs": jobs}
+    settings = replace(settings, **{k: v for k, v in given.items() if v is not None})
+    if sides is not None:
+        settings = replace(settings, sides=_names(sides, bench.SIDES, "--sides"))
+    _measure(lambda advance: bench.run(seed, settings, advance), settings.steps, json_file)
+
+
+@app.command()
 def estimators(
     *,
     frames: FramesOption = None,
@@ -226,13 +261,13 @@ def _measure(run: Run, steps: int, json_file: Path | None, plot: Path | None = N
         out.print(f"written: {plot}", soft_wrap=True)
 
 
-def _names(text: str, known: tuple[str, ...]) -> tuple[str, ...]:
+def _names(text: str, known: tuple[str, ...], option: str = "--extractors") -> tuple[str, ...]:
     """Names separated by commas, each of them known, without repeats."""
     names = tuple(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
     unknown = [name for name in names if name not in known]
     if unknown or not names:
         raise InvalidInputError(
-            f"--extractors takes {', '.join(known)}, separated by commas; got {text!r}"
+            f"{option} takes {', '.join(known)}, separated by commas; got {text!r}"
         )
     return names
 
