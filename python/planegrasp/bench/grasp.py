@@ -131,14 +131,14 @@ def summary(seed: int, settings: GraspSettings, outcomes: Sequence[Outcome]) -> 
             counts = Counter(o.result for o in group)
             rows.append(
                 {
-                    "object": "on a tripod" if kind == "static" else "hand-held",
+                    "object": "tripod" if kind == "static" else "hand",
                     "truth": verdict,
                     "poses": len(group),
                     "grasped": counts["success"],
                     "refused": counts["refused"],
                     "failed": counts["failed"],
                     "not found": counts["not found"],
-                    "collisions": sum(bool(o.collisions) for o in group),
+                    "robot hit": sum(bool(o.collisions) for o in group),
                 }
             )
             if verdict == "reachable":
@@ -259,9 +259,8 @@ def _refusals(outcomes: Iterable[Outcome]) -> list[str]:
         if o.result == "refused"
         for reason in o.reason.split("; ")
     )
-    return (
-        [f"refusals: {', '.join(f'{why} {n}' for why, n in kinds.most_common())}"] if kinds else []
-    )
+    counted = ", ".join(f"{why} {n}" for why, n in kinds.most_common())
+    return [f"reasons of refusals, one a grasp: {counted}"] if kinds else []
 
 
 def _kind_of(reason: str) -> str:

@@ -211,8 +211,12 @@ def grasp(
     from planegrasp.bench import grasp as bench
 
     settings = bench.GraspSettings.quick() if quick else bench.GraspSettings()
-    given = {"static": static, "handheld": handheld, "jobs": jobs}
-    settings = replace(settings, **{k: v for k, v in given.items() if v is not None})
+    settings = replace(
+        settings,
+        static=settings.static if static is None else static,
+        handheld=settings.handheld if handheld is None else handheld,
+        jobs=settings.jobs if jobs is None else jobs,
+    )
     if sides is not None:
         settings = replace(settings, sides=_names(sides, bench.SIDES, "--sides"))
     _measure(lambda advance: bench.run(seed, settings, advance), settings.steps, json_file)
