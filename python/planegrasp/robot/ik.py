@@ -28,7 +28,7 @@ class IKConfig:
     rotation_tolerance: float = 5e-5
     solutions: int = 4
     starts: int = 6
-    hopeless_starts: int = 20
+    hopeless_starts: int = 12
 
 
 @dataclass(frozen=True, slots=True, eq=False)

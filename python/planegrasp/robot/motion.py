@@ -174,14 +174,12 @@ def _line(
     shifts = float(np.linalg.norm(shift)) / config.line_step
     turns = float(np.linalg.norm(turn)) / config.turn_step
     steps = max(shifts, turns, 1.0)
-    shares = np.linspace(0.0, 1.0, int(np.ceil(steps - 1e-9)) + 1)[1:]
-    return [
-        RigidTransform.from_components(
-            T_base_from.translation + share * shift,
-            Rotation.from_rotvec(share * turn) * T_base_from.rotation,
-        )
-        for share in shares
-    ]
+    shares = np.linspace(0.0, 1.0, int(np.ceil(steps - 1e-9)) + 1)[1:, None]
+    poses = RigidTransform.from_components(
+        T_base_from.translation + shares * shift,
+        Rotation.from_rotvec(shares * turn) * T_base_from.rotation,
+    )
+    return list(poses)
 
 
 def _outside(checker: CollisionChecker, start: Float64Array, goal: Float64Array) -> str:
