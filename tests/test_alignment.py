@@ -8,7 +8,10 @@ from planegrasp import _core
 from planegrasp.alignment import AlignmentConfig, align, prepare_alignment
 from planegrasp.bench.occlusion import occluder
 from planegrasp.bench.scenes import CAMERA, random_pose, rectangles
+from planegrasp.bench.textures import random_background, texture
+from planegrasp.detector import Detector, DetectorConfig
 from planegrasp.errors import InvalidInputError
+from planegrasp.features.pruning import PruningConfig
 from planegrasp.homography import apply_homography, reference_corners
 from planegrasp.objects import ObjectModel
 from planegrasp.simulation import render
@@ -72,6 +75,31 @@ def test_the_information_is_that_of_the_error(photo):
     corners = reference_corners(*reversed(face.image.shape[:2]))
     error = (apply_homography(found.homography, corners) - apply_homography(true, corners)).ravel()
     assert 0.5 < error @ found.information @ error < 80.0
+
+
+def test_the_alignment_does_not_move_a_face_by_a_period_of_its_texture():
+    """A checkerboard with a picture in one corner: matches know the corner, the rest is alike."""
+    board = 60 + 140 * ((np.indices((300, 400)) // 20).sum(axis=0) % 2)
+    board[20:80, 20:80] = cv2.resize(
+        gray_of(texture("coffee")), (60, 60), None, 0, 0, cv2.INTER_AREA
+    )
+    image = np.repeat(board.astype(np.uint8)[:, :, None], 3, axis=2)
+    model = ObjectModel.from_image("board", image, 0.25)
+    detector = Detector([model], DetectorConfig(pruning=PruningConfig(views=40)))
+    offsets = []
+    for number in range(24, 32):
+        rng = np.random.default_rng([1, number])
+        tilt, distance = np.radians(rng.uniform(0, 65)), rng.uniform(1.0, 2.2)
+        T = random_pose(rng, tilt, distance)
+        background = random_background(rng)
+        frame = render(rectangles(model, T), CAMERA, rng, background=background).frame
+        for found in detector.detect(frame):
+            face = found.faces[0]
+            off = apply_homography(face.homography, face.reference_points) - face.image_points
+            offsets.append(np.median(np.linalg.norm(off, axis=1)))
+    assert len(offsets) >= 4
+    # A period is 5 to 11 px long here, an inlier at most 3 px off.
+    assert np.max(offsets) < 3.0
 
 
 def test_another_frame_is_no_evidence(photo):

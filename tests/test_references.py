@@ -11,7 +11,7 @@ from planegrasp.features.pruning import PruningConfig
 from planegrasp.objects import ObjectModel
 from planegrasp.references import prepare_face
 
-FEW = PruningConfig(max_descriptors=80, views=5, max_tilt_deg=45.0)
+FEW = PruningConfig(max_descriptors=80, views=10, max_tilt_deg=45.0)
 SETTINGS = {
     "extractor": SIFT(),
     "oblique": FRONTAL,

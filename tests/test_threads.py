@@ -12,7 +12,7 @@ from planegrasp.detector import Detector, DetectorConfig
 from planegrasp.objects import ObjectModel
 from planegrasp.simulation import render
 
-models = [ObjectModel.from_image(n, texture(n), 0.25) for n in ("coffee", "astronaut")]
+models = [ObjectModel.from_image(n, texture(n), 0.25) for n in ("coffee", "astronaut", "rocket")]
 rng = np.random.default_rng(0)
 poses = [facing_pose(np.array([x, 0.0, 0.8]), np.radians(40), 0.4, 0.3) for x in (-0.15, 0.15)]
 scene = [r for model, T in zip(models, poses) for r in rectangles(model, T)]

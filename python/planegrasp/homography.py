@@ -39,7 +39,9 @@ class HomographyConfig:
         min_agreement: share of the face's textured cells that look like the reference, at least.
         min_doubtful_tiles: share of the tiles of the face that agree with its reference when their
             grey values are aligned, at least, for a face without inliers; in proportion less with
-            more of them, nothing with 30. Few inliers may be chance.
+            more of them, nothing with 60. Few inliers may be chance, and so may many close
+            together: they count in proportion to their spread below 30 % of the face. Nothing is
+            asked of a face whose agreeing tiles, 30 % of all or more, correlate by 0.9.
     """
 
     min_matches: int = 10

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from planegrasp.objects import ObjectModel, PlanarFace
 
 # Part of the cache's key: to be raised whenever the same settings give other features.
-_VERSION = "4"
+_VERSION = "5"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

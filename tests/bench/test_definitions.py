@@ -13,6 +13,7 @@ from planegrasp.bench.pose import _medians
 from planegrasp.bench.scenes import CAMERA, corner_error, facing_pose, photograph, random_pose
 from planegrasp.bench.scenes import rectangles as rectangles_of
 from planegrasp.detection import Detection, FaceDetection
+from planegrasp.homography import apply_homography, reference_corners
 from planegrasp.objects import ObjectModel, PlanarFace
 from planegrasp.simulation import Rectangle, render
 
@@ -72,8 +73,26 @@ def test_largest_tilt_wants_the_recall_at_every_smaller_tilt_too(recalls, larges
 
 
 def test_recall_counts_corner_errors_below_five_pixels():
-    trials = [tilt.Trial(error, 0.0, 0.0) for error in (0.1, 4.999, 5.0, math.inf)]
+    trials = [tilt.Trial(error, error, 0.0, 0.0) for error in (0.1, 4.999, 5.0, math.inf)]
     assert tilt._recall(trials) == 0.5
+
+
+def test_corner_medians_are_over_the_faces_found():
+    errors = [(0.2, 0.4), (0.1, 0.9), (0.3, 0.5), (5.0, 0.1), (math.inf, math.inf)]
+    trials = [tilt.Trial(*pair, 0.0, 0.0) for pair in errors]
+    assert tilt._corner_medians(trials) == (0.2, 0.5)
+    assert all(math.isnan(median) for median in tilt._corner_medians(trials[3:]))
+
+
+def test_the_corner_error_by_matches_is_that_of_the_homography_before_the_alignment():
+    T = random_pose(rng(3), 0.6)
+    face, aligned = face_and_exact_homography(T)
+    matched = np.array([[1.0, 0.0, 0.6], [0.0, 1.0, -0.8], [0.0, 0.0, 1.0]]) @ aligned
+    nothing = np.zeros((0, 2))
+    shown = FaceDetection("front", aligned, matched, np.zeros((4, 2)), nothing, nothing, 1.0, 1.0)
+    true = apply_homography(aligned, reference_corners(300, 200))
+    found = tilt._matched_corners(Detection("thing", 0, (shown,), 1.0, None), face, CAMERA)
+    assert corner_error(found, true) == pytest.approx(1.0)
 
 
 def test_medians_are_over_frames_with_a_pose_and_recall_over_all():

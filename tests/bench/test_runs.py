@@ -61,6 +61,19 @@ def test_tilt_gives_the_figures_of_each_extractor(tilt_result):
     assert tilt_result.figures["brisk.recall_80"] == 0
 
 
+def test_tilt_gives_the_corner_error_with_and_without_the_alignment(tilt_result):
+    figures = tilt_result.figures
+    for extractor in ("sift", "brisk"):
+        aligned = figures[f"{extractor}.corner_px_median"]
+        assert 0 < aligned < 0.5
+        assert aligned < figures[f"{extractor}.matched_corner_px_median"] < 2
+    rows = {(r["extractor"], r["photographs"]): r for r in tilt_result.rows}
+    for prefix, group in (("", "well-textured"), ("weak.", "weak")):
+        row = rows["sift", group]
+        assert row["corner px"] == figures[f"sift.{prefix}corner_px_median"]
+        assert row["by matches px"] == figures[f"sift.{prefix}matched_corner_px_median"]
+
+
 def test_tilt_prints_the_papers_angle_beside_ours(tilt_result):
     papers = {(r["extractor"], r["photographs"]): r["paper max °"] for r in tilt_result.rows}
     assert papers["sift", "well-textured"] == 48.0

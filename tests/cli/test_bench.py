@@ -72,6 +72,17 @@ def test_an_unknown_extractor_is_refused_before_anything_is_measured(capsys):
     assert "'sift,surff'" in error
 
 
+def test_negatives_take_another_extractor(tmp_path, capsys):
+    json_file = tmp_path / "negatives.json"
+    options = ("--frames", 1, "--extractor", "brisk", "--json", json_file)
+    assert run("negatives", *options) == 0
+    assert json.loads(json_file.read_text("utf-8"))["settings"]["extractor"] == "brisk"
+    assert run("negatives", "--extractor", "surff") == 1
+    error = capsys.readouterr().err
+    assert "'surff'" in error
+    assert "opencv-sift" in error
+
+
 def test_recorded_needs_data(capsys):
     assert run("recorded") == 2
     assert "--data" in capsys.readouterr().err

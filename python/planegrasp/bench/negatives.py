@@ -11,7 +11,7 @@ from planegrasp.bench import textures
 from planegrasp.bench.distractors import distractor_scene
 from planegrasp.bench.result import BenchResult
 from planegrasp.bench.scenes import photograph
-from planegrasp.detector import Detector
+from planegrasp.detector import Detector, DetectorConfig
 from planegrasp.io.sources import open_source
 
 if TYPE_CHECKING:
@@ -28,10 +28,12 @@ class NegativesSettings:
     Attributes:
         frames: rendered frames, besides the recorded ones.
         data: folder with recorded RGB-D frames without any of the objects, or None.
+        extractor: of the detector, by its name in `DetectorConfig`.
     """
 
     frames: int = 600
     data: Path | None = None
+    extractor: str = "sift"
 
     @classmethod
     def quick(cls, data: Path | None = None) -> NegativesSettings:
@@ -47,7 +49,8 @@ class NegativesSettings:
 
 def run(seed: int, settings: NegativesSettings, advance: Callable[[], None]) -> BenchResult:
     """Look for all six photographs in frames that have none of them."""
-    detector = Detector([photograph(name) for name in textures.OBJECTS])
+    models = [photograph(name) for name in textures.OBJECTS]
+    detector = Detector(models, DetectorConfig(extractor=settings.extractor))
     rows: list[dict[str, str | float]] = []
     totals = {"frames": 0, "false_positives": 0}
     for kind, frames in _frames(seed, settings):
@@ -64,7 +67,11 @@ def run(seed: int, settings: NegativesSettings, advance: Callable[[], None]) -> 
     return BenchResult(
         bench="negatives",
         seed=seed,
-        settings={"frames": settings.frames, "data": str(settings.data or "")},
+        settings={
+            "frames": settings.frames,
+            "data": str(settings.data or ""),
+            "extractor": settings.extractor,
+        },
         rows=rows,
         figures={name: float(value) for name, value in totals.items()},
         notes=("six objects are taught, none is in any frame",),

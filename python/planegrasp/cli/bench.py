@@ -131,6 +131,9 @@ def negatives(
         Path | None,
         typer.Option(help="Recorded frames that show none of the objects.", metavar="DIR"),
     ] = None,
+    extractor: Annotated[
+        str, typer.Option(help="sift, surf, akaze, brisk, orb or opencv-sift.", metavar="NAME")
+    ] = "sift",
     frames: Annotated[
         int | None, typer.Option(min=1, help="Rendered frames.", show_default="of the bench")
     ] = None,
@@ -140,9 +143,11 @@ def negatives(
 ) -> None:
     """False positives on frames that show none of the taught objects."""
     from planegrasp.bench import negatives as bench
+    from planegrasp.features import make_extractor
 
     settings = bench.NegativesSettings.quick() if quick else bench.NegativesSettings()
-    settings = replace(settings, data=data)
+    make_extractor(extractor)  # an unknown one is refused before anything is measured
+    settings = replace(settings, data=data, extractor=extractor)
     if frames:
         settings = replace(settings, frames=frames)
     _measure(lambda advance: bench.run(seed, settings, advance), settings.steps, json_file)

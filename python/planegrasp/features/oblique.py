@@ -101,7 +101,9 @@ def oblique_view(gray: NDArray[np.uint8], tilt: float, angle: float, blur: float
     sigma = blur * float(np.sqrt(tilt * tilt - 1.0))
     smooth = cv2.GaussianBlur(turned, (2 * int(np.ceil(3 * sigma)) + 1, 1), sigma, sigmaY=1.0)
     squeeze = np.array([[1.0 / tilt, 0.0, 0.0], [0.0, 1.0, 0.0]])
-    squeezed_width = max(1, int(np.ceil(size[0] / tilt)))
+    # One pixel more than lie between the first centre and the last, as above: a pixel of this view
+    # is several of the reference, and all of them are to be in it.
+    squeezed_width = int(np.ceil(extent[0] / tilt)) + 1
     image = cv2.warpAffine(
         smooth,
         squeeze,

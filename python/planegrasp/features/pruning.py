@@ -108,6 +108,8 @@ def by_usefulness(
     Returns:
         Indices into the features, at most `max_descriptors`.
     """
+    if not len(features):
+        return np.zeros(0, np.intp)  # there may be features in a trial view: of its noise
     trial = _trial(gray, extractor, blur, config)
     index = _core.ReferenceIndex(features.descriptors.shape[1], is_binary=extractor.is_binary)
     index.add(features.points, _bytes(features.descriptors), same_place)
@@ -159,6 +161,8 @@ def _trial(
 def _views(gray: NDArray[np.uint8], blur: float, config: PruningConfig) -> Iterator[View]:
     """Oblique views at random angles, shrunk, with noise."""
     rng = np.random.default_rng(config.seed)
+    # Apart, so that the angles do not depend on how many pixels a view has.
+    noise = np.random.default_rng([config.seed, 1])
     steepest = np.log(1.0 / np.cos(np.radians(config.max_tilt_deg)))
     for number in range(config.views):
         tilt = float(np.exp(steepest * (number + rng.random()) / config.views))
@@ -167,7 +171,7 @@ def _views(gray: NDArray[np.uint8], blur: float, config: PruningConfig) -> Itera
         height, width = view.image.shape
         size = (max(1, round(width * scale)), max(1, round(height * scale)))
         small = cv2.resize(view.image, size, interpolation=cv2.INTER_AREA)
-        noisy = small + rng.normal(0.0, config.noise, small.shape)
+        noisy = small + noise.normal(0.0, config.noise, small.shape)
         # Edges coincide, not pixel centres.
         factor = np.array([size[0] / width, size[1] / height])
         small_from_view = np.column_stack([np.diag(factor), 0.5 * factor - 0.5])

@@ -19,6 +19,11 @@ const ROUNDS: [f64; 3] = [2.0, 1.0, 1.0];
 pub const SURE: usize = 30;
 /// Scale of the loss in refinement over the threshold: most inliers are far better than the worst.
 const LOSS_SCALE: f64 = 0.1;
+/// Fisher's F from which on matches speak against a rigid view. By chance, 10 is exceeded once in
+/// a few thousand times with ten matches.
+const SHAPE_EVIDENCE: f64 = 10.0;
+/// Matches are never better than this [px]: exact ones would speak against any other homography.
+const LEAST_ERROR: f64 = 0.1;
 
 /// A homography from reference edge coordinates to undistorted pixels, and its inliers.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,6 +32,9 @@ pub struct HomographyEstimate {
     pub matrix: Matrix3<f64>,
     /// Matches that it explains, in the order of the features.
     pub inliers: Vec<Match>,
+    /// By which factor the matches say that the face is stretched, where that is more than a rigid
+    /// view may be and no rigid view explains them as well.
+    pub stretched: Option<f64>,
 }
 
 /// From the matches that pass the ratio test, sampled in the order of their ratio.
@@ -104,13 +112,40 @@ pub fn refine(
             .max_by(|a, b| score(a, settings).total_cmp(&score(b, settings)))
     };
     let free = refined(start, evidence, None, settings)?;
-    let rigid = refined(&free.matrix, evidence, Some(&prior), settings).unwrap_or(free);
-    if rigid.inliers.len() >= SURE {
-        return Some(rigid);
+    let mut rigid =
+        refined(&free.matrix, evidence, Some(&prior), settings).unwrap_or_else(|| free.clone());
+    if rigid.inliers.len() < SURE {
+        // The view across of a first result, which may have come from few matches, is better known
+        // from its own matches.
+        rigid = better(better(rigid)?)?;
     }
-    // The view across of a first result, which may have come from few matches, is better known
-    // from its own matches.
-    better(better(rigid)?)
+    // A face of another shape than taught still has a rigid view that some of its matches agree
+    // with. Without the prior all of them do, and show the shape.
+    let stretch = prior.rigidity.stretch(&free.matrix);
+    let stretched =
+        stretch > settings.max_stretch && explains_better(&free, &rigid, settings) > SHAPE_EVIDENCE;
+    rigid.stretched = stretched.then_some(stretch);
+    Some(rigid)
+}
+
+/// How much better the matches agree with a homography of eight free parameters than with a rigid
+/// view of six: Fisher's F, which is about one where the difference is chance.
+fn explains_better(
+    free: &HomographyEstimate,
+    rigid: &HomographyEstimate,
+    settings: &SearchSettings,
+) -> f64 {
+    let errors = |H: &Matrix3<f64>| -> f64 {
+        let most = settings.threshold.powi(2);
+        let matches = free.inliers.iter();
+        matches
+            .map(|one| one.points.squared_error(H).min(most))
+            .sum()
+    };
+    let count = free.inliers.len() as f64;
+    let (without, with) = (errors(&free.matrix), errors(&rigid.matrix));
+    let noise = without.max(count * LEAST_ERROR.powi(2)) / (2.0 * count - 8.0).max(1.0);
+    (with - without) / 2.0 / noise
 }
 
 /// Rounds of collecting the matches that agree and fitting to them.
@@ -132,7 +167,11 @@ fn refined(
         matrix = fitted.map_or(Some(matrix), |fitted| normalise(&fitted))?;
     }
     let inliers = one_per_place(evidence.agreeing(&matrix, settings.threshold));
-    Some(HomographyEstimate { matrix, inliers })
+    Some(HomographyEstimate {
+        matrix,
+        inliers,
+        stretched: None,
+    })
 }
 
 /// How many matches agree, and how well: the complement of MSAC's truncated squared errors.

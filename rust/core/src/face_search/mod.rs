@@ -6,6 +6,7 @@
 //! a view of the face ([`plausible`]) and whether it looks like it ([`appearance`]). Faces are
 //! independent of each other and searched in parallel.
 
+mod aligned;
 mod appearance;
 mod estimate;
 mod evidence;

@@ -83,15 +83,16 @@ pub enum Refusal {
         /// What is needed.
         least: f64,
     },
-    /// The grey values of the face do not bear out the few matches that led to it.
+    /// The grey values of the face do not bear out the few or clustered matches that led to it.
     #[error(
-        "few inliers, and {:.0}% of the aligned tiles agree with the reference (at least {:.0}%)",
+        "inliers are few or close together, and {:.0}% of the aligned tiles agree with the reference \
+         (at least {:.0}%)",
         100.0 * tiles, 100.0 * least
     )]
     Tiles {
         /// Share of the tiles.
         tiles: f64,
-        /// What is needed with so many inliers.
+        /// What is needed with so many inliers, spread so far.
         least: f64,
     },
 }
@@ -192,6 +193,15 @@ mod tests {
                 },
                 "verification",
                 "12% of the face looks like its reference (at least 30%)",
+            ),
+            (
+                Refusal::Tiles {
+                    tiles: 0.131,
+                    least: 0.422,
+                },
+                "verification",
+                "inliers are few or close together, and 13% of the aligned tiles agree with the \
+                 reference (at least 42%)",
             ),
         ];
         for (refusal, stage, reason) in cases {

@@ -5,21 +5,20 @@ use std::collections::HashSet;
 use nalgebra::{Matrix3, Vector2};
 use rayon::prelude::*;
 
-use super::estimate::{HomographyEstimate, SURE, from_strict, from_supported, refine};
+use super::aligned::{WELL_SPREAD, aligned};
+use super::estimate::{HomographyEstimate, from_strict, from_supported, refine};
 use super::evidence::{Evidence, FaceEvidence, Match};
 use super::face::SearchedFace;
-use super::plausible::{coverage, outline, rigidity};
+use super::plausible::{coverage, outline, stretch};
 use super::refusal::Refusal;
-use super::rigid_views::rigid_views;
 use super::settings::SearchSettings;
-use crate::alignment::{
-    Alignment, AlignmentConfig, AlignmentWorkspace, CoarseFrames, align, align_from_afar,
-};
 use crate::quadrilateral::Quadrilateral;
 use crate::{Camera, GrayImage};
 
-/// Alignments of a wrong rigid view stay below this correlation, those of the right one above.
-const GOOD_SCORE: f64 = 0.9;
+/// A face of which so many tiles agree has the shape of the view that they agree with.
+const MOST_OF_IT: f64 = 0.5;
+/// So many inliers, well spread, need not be borne out by grey values.
+const PLENTY: f64 = 60.0;
 
 /// A way to come by a homography.
 type Source = fn(&FaceEvidence<'_>, &Camera, &SearchSettings) -> Option<HomographyEstimate>;
@@ -224,7 +223,11 @@ fn verify(
     settings: &SearchSettings,
     figures: &mut Figures,
 ) -> Result<FoundFace, Refusal> {
-    let HomographyEstimate { matrix, inliers } = estimate;
+    let HomographyEstimate {
+        matrix,
+        inliers,
+        stretched,
+    } = estimate;
     figures.inliers = Some(inliers.len());
     if inliers.len() < settings.min_inliers {
         return Err(Refusal::TooFewInliers {
@@ -233,13 +236,9 @@ fn verify(
         });
     }
     let outline = outline(&matrix, face, view.camera, settings)?;
-    let stretch =
-        rigidity(face, view.camera).map_or(f64::INFINITY, |rigidity| rigidity.stretch(&matrix));
+    let stretch = stretch(&matrix, face, view.camera);
     figures.stretch = Some(stretch);
-    if stretch > settings.max_stretch {
-        let most = settings.max_stretch;
-        return Err(Refusal::Stretched { stretch, most });
-    }
+    check_stretch(stretch, settings)?;
     let coverage = coverage(inliers.iter().map(|one| one.points.source), face.size());
     figures.coverage = Some(coverage);
     if coverage < settings.min_coverage {
@@ -260,87 +259,37 @@ fn verify(
         coverage,
         agreement,
     };
-    let (found, tiles) = aligned(found, face, view, settings);
-    figures.agreement = Some(found.agreement);
-    figures.tiles = Some(tiles);
-    let least = needed_tiles(found.inliers.len(), settings);
-    if tiles < least {
+    let aligned = aligned(found, face, view, settings);
+    figures.agreement = Some(aligned.found.agreement);
+    figures.tiles = Some(aligned.tiles);
+    figures.stretch = Some(aligned.stretch);
+    check_stretch(aligned.stretch, settings)?;
+    // A stretched face has parts that a rigid view shows, too.
+    if let Some(stretch) = stretched.filter(|_| !(aligned.sure && aligned.tiles >= MOST_OF_IT)) {
+        figures.stretch = Some(stretch);
+        check_stretch(stretch, settings)?;
+    }
+    let (found, tiles) = (aligned.found, aligned.tiles);
+    let least = needed_tiles(found.inliers.len(), coverage, settings);
+    if tiles < least && !aligned.sure {
         return Err(Refusal::Tiles { tiles, least });
     }
     Ok(found)
 }
 
-/// The share of aligned tiles that must agree: the fewer the inliers, the more.
-fn needed_tiles(inliers: usize, settings: &SearchSettings) -> f64 {
-    let doubt = 1.0 - (inliers as f64 / SURE as f64).min(1.0);
-    settings.min_doubtful_tiles * doubt
+fn check_stretch(stretch: f64, settings: &SearchSettings) -> Result<(), Refusal> {
+    let most = settings.max_stretch;
+    if stretch > most {
+        return Err(Refusal::Stretched { stretch, most });
+    }
+    Ok(())
 }
 
-/// The face with the homography of aligned grey values, or as it is where that is not better; and
-/// the share of the aligned tiles that agree with the reference.
-///
-/// Few matches may tell the two rigid views that look alike apart wrongly; their grey values can.
-fn aligned(
-    found: FoundFace,
-    face: &SearchedFace,
-    view: &View<'_>,
-    settings: &SearchSettings,
-) -> (FoundFace, f64) {
-    let Some(reference) = face.alignment() else {
-        return (found, 0.0);
-    };
-    let mut workspace = AlignmentWorkspace::new();
-    let config = AlignmentConfig::default();
-    let direct = align(
-        reference,
-        &view.gray,
-        &found.homography,
-        &config,
-        &mut workspace,
-    );
-    // Only what aligns badly needs another start.
-    let good = direct.as_ref().is_some_and(is_good);
-    let mut alignments: Vec<Alignment> = direct.into_iter().collect();
-    if found.inliers.len() < SURE && !good {
-        let coarse = CoarseFrames::new(&view.gray);
-        let views = rigid_views(&found.homography, &found.inliers, face, view.camera);
-        alignments.extend(views.iter().filter_map(|start| {
-            align_from_afar(
-                reference,
-                &view.gray,
-                &coarse,
-                start,
-                &config,
-                &mut workspace,
-            )
-        }));
-    }
-    let best = alignments
-        .into_iter()
-        .max_by(|a, b| a.score_after.total_cmp(&b.score_after));
-    let Some(best) = best else {
-        return (found, 0.0);
-    };
-    let tiles = best.tiles as f64 / best.compared.max(1) as f64;
-    let H = best.homography;
-    let seen = outline(&H, face, view.camera, settings);
-    match seen.ok().filter(|_| best.accepted) {
-        Some(outline) => {
-            let found = FoundFace {
-                homography: H,
-                outline,
-                agreement: face.appearance().agreement(view.gray, &H),
-                ..found
-            };
-            (found, tiles)
-        }
-        None => (found, tiles),
-    }
-}
-
-/// Whether an alignment leaves no doubt that it is the right one.
-fn is_good(alignment: &Alignment) -> bool {
-    2 * alignment.tiles >= alignment.compared && alignment.score_after >= GOOD_SCORE
+/// The share of aligned tiles that must agree: the fewer the inliers, the more. Inliers close together
+/// may be one thing that looks alike by chance: they count in proportion to their spread.
+fn needed_tiles(inliers: usize, coverage: f64, settings: &SearchSettings) -> f64 {
+    let evidence = inliers as f64 * (coverage / WELL_SPREAD).min(1.0);
+    settings.min_doubtful_tiles * (1.0 - evidence / PLENTY).max(0.0)
 }
 
 #[cfg(test)]

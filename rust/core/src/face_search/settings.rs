@@ -27,6 +27,7 @@ pub struct SearchSettings {
     /// Share of the face's textured cells that look like the reference, at least.
     pub min_agreement: f64,
     /// Share of the aligned tiles that agree, at least, for a face without inliers; in proportion
-    /// less with more of them, nothing with 30.
+    /// less with more of them, nothing with 60 that are well spread, nor where the tiles that agree
+    /// leave no doubt.
     pub min_doubtful_tiles: f64,
 }

@@ -164,6 +164,38 @@ fn a_face_of_another_shape_than_taught_is_refused_as_stretched() {
 }
 
 #[test]
+fn few_matches_of_a_face_of_another_shape_are_no_rigid_view_of_it() {
+    // Too few to outweigh the prior: from the shape that was taught follows a view turned away.
+    let reference = points(25, WIDTH as f64, HEIGHT as f64, 4);
+    let mut random = SplitMix64::new(11);
+    let image: Vec<_> = reference
+        .iter()
+        .map(|p| {
+            let noise = Vector2::new(random.normal(), random.normal()) * 0.5;
+            mapped(&view(20.0, 30.0), *p) + noise
+        })
+        .collect();
+    let (evidence, camera) = (one_each(&image, &[0.5; 25]), camera());
+    let view_of = View {
+        evidence: &evidence,
+        gray: GrayImage::new(640, 480, &BLACK).unwrap(),
+        camera: &camera,
+    };
+    let attempt = |higher: f64| {
+        let taught = face_taught(&reference, higher);
+        find(&[taught], &[0], &view_of, &blind(), 1).remove(0)
+    };
+    for (higher, stretched) in [(1.75, 1.75), (1.0 / 1.75, 1.75)] {
+        let wrong = attempt(higher);
+        let Err(Refusal::Stretched { stretch, .. }) = wrong.outcome else {
+            panic!("{wrong:?}");
+        };
+        assert!((stretch / stretched - 1.0).abs() < 0.1, "{stretch}");
+    }
+    assert!(attempt(1.0).outcome.is_ok());
+}
+
+#[test]
 fn a_face_taught_a_tenth_too_high_is_found_where_its_matches_are() {
     let (faces, evidence) = scene(1);
     let camera = camera();
@@ -232,11 +264,14 @@ fn few_inliers_that_do_not_look_like_the_reference_are_refused_for_their_tiles()
         min_doubtful_tiles: least,
         ..settings()
     };
-    assert_eq!(needed_tiles(0, &settings(0.9)), 0.9);
-    assert_eq!(needed_tiles(15, &settings(0.9)), 0.45);
-    assert_eq!(needed_tiles(30, &settings(0.9)), 0.0);
-    assert_eq!(needed_tiles(500, &settings(0.9)), 0.0);
-    assert_eq!(needed_tiles(0, &settings(0.0)), 0.0);
+    assert_eq!(needed_tiles(0, 0.5, &settings(0.9)), 0.9);
+    assert_eq!(needed_tiles(30, 0.5, &settings(0.9)), 0.45);
+    assert_eq!(needed_tiles(60, 0.5, &settings(0.9)), 0.0);
+    assert_eq!(needed_tiles(500, 0.5, &settings(0.9)), 0.0);
+    assert_eq!(needed_tiles(0, 0.5, &settings(0.0)), 0.0);
+    // Close together they count less.
+    let clustered = needed_tiles(30, 0.5 * WELL_SPREAD, &settings(0.9));
+    assert!((clustered - 0.675).abs() < 1e-12);
     // A black face has no tiles at all.
     let few = points(14, WIDTH as f64, HEIGHT as f64, 5);
     let face = plain_face(&few);
@@ -258,7 +293,7 @@ fn few_inliers_that_do_not_look_like_the_reference_are_refused_for_their_tiles()
     let refused = outcome(0.9);
     assert_eq!(refused.figures.inliers, Some(14));
     assert_eq!(refused.figures.tiles, Some(0.0));
-    let least = needed_tiles(14, &settings(0.9));
+    let least = needed_tiles(14, refused.figures.coverage.unwrap(), &settings(0.9));
     assert_eq!(refused.outcome, Err(Refusal::Tiles { tiles: 0.0, least }));
     assert!(outcome(0.0).outcome.is_ok());
 }
