@@ -199,6 +199,11 @@ impl FoundFace {
     fn agreement(&self) -> f64 {
         self.core.agreement
     }
+
+    #[getter]
+    fn is_evident(&self) -> bool {
+        self.core.is_evident
+    }
 }
 
 /// One attempt at one face.

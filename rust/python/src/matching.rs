@@ -1,5 +1,7 @@
 //! The index of reference descriptors.
 
+use std::borrow::Cow;
+
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use numpy::{PyReadonlyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use planegrasp_core::matching::{self as core, Metric, NONE};
@@ -60,7 +62,7 @@ impl ReferenceIndex {
         radius: f32,
     ) -> PyResult<usize> {
         let points = rows(&points, &[2], "points")?;
-        let descriptors = self.descriptors(&descriptors)?;
+        let descriptors = self.descriptors(&descriptors)?.into_owned();
         py.detach(|| {
             let set = core::ReferenceSet::new(points, descriptors, self.length, radius)?;
             self.index.add(set)
@@ -118,9 +120,13 @@ impl ReferenceIndex {
 }
 
 impl ReferenceIndex {
-    fn descriptors(&self, array: &PyReadonlyArrayDyn<'_, u8>) -> PyResult<Vec<u8>> {
+    /// The descriptors row by row, copied only where they do not lie so.
+    fn descriptors<'a>(&self, array: &'a PyReadonlyArrayDyn<'_, u8>) -> PyResult<Cow<'a, [u8]>> {
         match array.shape() {
-            [_, length] if *length == self.length => Ok(array.as_array().iter().copied().collect()),
+            [_, length] if *length == self.length => Ok(match array.is_c_contiguous() {
+                true => Cow::Borrowed(array.as_slice()?),
+                false => Cow::Owned(array.as_array().iter().copied().collect()),
+            }),
             shape => Err(invalid_input(format!(
                 "descriptors must be N×{}, got shape {shape:?}",
                 self.length

@@ -21,6 +21,10 @@ use crate::{Camera, GrayImage};
 /// Alignments of a wrong rigid view stay below this correlation, those of the right one above.
 const GOOD_SCORE: f64 = 0.9;
 
+/// Share of the aligned tiles that leaves no doubt, however few the inliers: what looks alike by
+/// chance has a third of it.
+const EVIDENT_TILES: f64 = 0.67;
+
 /// A way to come by a homography.
 type Source = fn(&FaceEvidence<'_>, &Camera, &SearchSettings) -> Option<HomographyEstimate>;
 
@@ -50,6 +54,8 @@ pub struct FoundFace {
     pub coverage: f64,
     /// Share of its textured cells that look like the reference.
     pub agreement: f64,
+    /// Whether its grey values leave no doubt: two thirds of the tiles agree with the reference.
+    pub is_evident: bool,
 }
 
 /// The numbers of one attempt, as far as it got.
@@ -259,6 +265,7 @@ fn verify(
         inliers,
         coverage,
         agreement,
+        is_evident: false,
     };
     let (found, tiles) = aligned(found, face, view, settings);
     figures.agreement = Some(found.agreement);
@@ -330,6 +337,7 @@ fn aligned(
                 homography: H,
                 outline,
                 agreement: face.appearance().agreement(view.gray, &H),
+                is_evident: tiles >= EVIDENT_TILES,
                 ..found
             };
             (found, tiles)
