@@ -7,6 +7,7 @@ use numpy::{PyReadonlyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use planegrasp_core::matching::{self as core, Metric, NONE};
 use pyo3::prelude::*;
 
+use crate::arrays::values;
 use crate::errors::{from_input_error, invalid_input};
 
 type Found<'py> = (
@@ -123,10 +124,7 @@ impl ReferenceIndex {
     /// The descriptors row by row, copied only where they do not lie so.
     fn descriptors<'a>(&self, array: &'a PyReadonlyArrayDyn<'_, u8>) -> PyResult<Cow<'a, [u8]>> {
         match array.shape() {
-            [_, length] if *length == self.length => Ok(match array.is_c_contiguous() {
-                true => Cow::Borrowed(array.as_slice()?),
-                false => Cow::Owned(array.as_array().iter().copied().collect()),
-            }),
+            [_, length] if *length == self.length => Ok(values(array)),
             shape => Err(invalid_input(format!(
                 "descriptors must be N×{}, got shape {shape:?}",
                 self.length
@@ -149,8 +147,7 @@ fn rows<const LENGTH: usize>(
             )));
         }
     }
-    let values: Vec<f32> = array.as_array().iter().copied().collect();
-    Ok(values.as_chunks().0.to_vec())
+    Ok(values(array).as_chunks().0.to_vec())
 }
 
 /// Numbers of faces or references, -1 for none.

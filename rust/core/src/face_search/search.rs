@@ -25,6 +25,9 @@ const GOOD_SCORE: f64 = 0.9;
 /// chance has a third of it.
 const EVIDENT_TILES: f64 = 0.67;
 
+/// Corners that the alignment moves by less than this [px] leave the coarse look of a face as it is.
+const SAME_LOOK: f64 = 0.5;
+
 /// A way to come by a homography.
 type Source = fn(&FaceEvidence<'_>, &Camera, &SearchSettings) -> Option<HomographyEstimate>;
 
@@ -333,10 +336,16 @@ fn aligned(
     let seen = outline(&H, face, view.camera, settings);
     match seen.ok().filter(|_| best.accepted) {
         Some(outline) => {
+            let moves = outline.iter().zip(&found.outline);
+            let stays = moves.into_iter().all(|(a, b)| (a - b).norm() < SAME_LOOK);
+            let agreement = match stays {
+                true => found.agreement,
+                false => face.appearance().agreement(view.gray, &H),
+            };
             let found = FoundFace {
                 homography: H,
                 outline,
-                agreement: face.appearance().agreement(view.gray, &H),
+                agreement,
                 is_evident: tiles >= EVIDENT_TILES,
                 ..found
             };
