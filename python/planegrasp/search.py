@@ -117,7 +117,9 @@ class FaceSearch:
                 outline = apply_homography(detection.homography, corners)
                 inside = np.ones(len(image_points), dtype=np.bool_)
                 # A verified outline is convex and turns one way: inside is to the same side of all.
-                for corner, side in zip(outline, np.roll(outline, -1, axis=0) - outline, strict=True):
+                for corner, side in zip(
+                    outline, np.roll(outline, -1, axis=0) - outline, strict=True
+                ):
                     turn = side[0] * (y - corner[1]) - side[1] * (x - corner[0])
                     inside &= turn >= 0
                 outside &= ~inside
