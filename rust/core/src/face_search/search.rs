@@ -21,9 +21,9 @@ use crate::{Camera, GrayImage};
 /// Alignments of a wrong rigid view stay below this correlation, those of the right one above.
 const GOOD_SCORE: f64 = 0.9;
 
-/// Share of the aligned tiles that leaves no doubt, however few the inliers: what looks alike by
-/// chance has a third of it.
-const EVIDENT_TILES: f64 = 0.67;
+/// Share of the aligned tiles that leaves no doubt even where noise hides weak texture and they
+/// correlate less than that: a wrong rigid view of a weak face can have 0.8.
+const EVIDENT_TILES: f64 = 0.9;
 
 /// Corners that the alignment moves by less than this [px] leave the coarse look of a face as it is.
 const SAME_LOOK: f64 = 0.5;
@@ -57,7 +57,7 @@ pub struct FoundFace {
     pub coverage: f64,
     /// Share of its textured cells that look like the reference.
     pub agreement: f64,
-    /// Whether its grey values leave no doubt: two thirds of the tiles agree with the reference.
+    /// Whether its grey values leave no doubt: its tiles agree with the reference well, or nearly all.
     pub is_evident: bool,
 }
 
@@ -346,7 +346,7 @@ fn aligned(
                 homography: H,
                 outline,
                 agreement,
-                is_evident: tiles >= EVIDENT_TILES,
+                is_evident: tiles >= EVIDENT_TILES || is_good(&best),
                 ..found
             };
             (found, tiles)
