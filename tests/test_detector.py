@@ -592,6 +592,23 @@ def _first_look_only(look):
     return lambda index, seen, k: replace(look(index, seen, k), closer=False)
 
 
+@pytest.mark.parametrize("tilt", [30, 45])
+def test_few_inliers_are_enough_where_grey_values_leave_no_doubt(
+    first_looks, taught, monkeypatch, tilt
+):
+    T = pose(tilt=tilt)
+    rendering = frame_of((taught("coffee"), T))
+    hasty = Detector.of(first_looks(0).prepared(taught("coffee")), replace(QUICK, first_look=32))
+
+    def closer(*_):
+        pytest.fail("the face was found for sure")
+
+    monkeypatch.setattr(NativeIndex, "look_closer", closer)
+    (found,) = hasty.detect(rendering.frame)
+    assert found.inliers < 12
+    assert_found(found, rendering, 0, T)
+
+
 def test_a_first_look_at_most_descriptors_changes_no_detection(first_looks, taught):
     places = {"coffee": pose(-0.17, -0.02, 0.8), "retina": pose(0.16, 0.02, 0.8, tilt=15)}
     rendering = frame_of(*[(taught(name), T) for name, T in places.items()])

@@ -10,6 +10,8 @@ from typing import TypedDict, final
 import numpy as np
 from numpy.typing import NDArray
 
+from planegrasp.errors import PoseError
+
 __version__: str
 
 @final
@@ -246,6 +248,8 @@ class FoundFace:
     def coverage(self) -> float: ...
     @property
     def agreement(self) -> float: ...
+    @property
+    def is_evident(self) -> bool: ...
 
 @final
 class Attempt:
@@ -348,12 +352,16 @@ def pnp(faces: Sequence[Face], camera: Camera, settings: PnPSettings) -> Estimat
     """Pose from the correspondences of all faces."""
 
 def fused(
-    faces: Sequence[Face],
+    objects: Sequence[Sequence[Face]],
     camera: Camera,
     depth: NDArray[np.float32] | None,
     settings: FusedSettings,
-) -> Estimate:
-    """Pose from the correspondences and the depth (H×W float32 metres) of all faces."""
+) -> list[Estimate | PoseError]:
+    """Pose of each object from the correspondences and the depth (H×W float32 metres) of its faces.
+
+    Returns:
+        An estimate each, or the error that says why there is none.
+    """
 
 @final
 class ReferenceIndex:

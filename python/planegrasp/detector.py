@@ -38,7 +38,8 @@ if TYPE_CHECKING:
     from planegrasp.rgbd import RGBDFrame
 
 
-# A face that the first look found with fewer inliers is looked at closer, too: few may be wrong.
+# A face that the first look found with fewer inliers is looked at closer, too, unless its grey
+# values leave no doubt: few may be wrong.
 _SURE = 12
 # Extractors whose features of oblique views recognise a face from the side.
 _OBLIQUE = ("sift", "surf", "opencv-sift")
@@ -57,8 +58,9 @@ class DetectorConfig:
             `FusedEstimator(FusedConfig(size_sigma=0.0))` where the taught size is exact.
         oblique: the views of each face that are learnt; None makes them for SIFT and SURF.
         pruning: how many descriptors of a face are kept, and how they are chosen.
-        first_look: the most useful descriptors of each face that every frame is compared with; the
-            others only where these did not find the face. 0 = all at once.
+        first_look: the most useful descriptors of each face that every frame is compared with, of
+            more than three faces fewer each (2400 in all, at least 200 of each); the others only
+            where these did not find the face. 0 = all at once.
         reference_side: longest side of the reference image that features are taken from [px].
         neighbours: how many nearest descriptors of a feature may turn out to be the right one.
         same_place: points of a face closer than this share of its longest side are one place for
@@ -175,7 +177,7 @@ class Detector:
         limit = self.config.max_instances
         outcomes = self._search.find(view, look.faces, limit, explain=explain)
         watch.lap("homography")
-        sure = {face: o.found for face, o in outcomes.items() if o.inliers >= _SURE}
+        sure = {face: o.found for face, o in outcomes.items() if o.is_evident or o.inliers >= _SURE}
         unsure = np.setdiff1d(look.faces, list(sure)).astype(np.uint32)
         if look.closer and len(unsure):
             view = self._closer(view, sure, unsure)
@@ -213,38 +215,45 @@ class Detector:
         self, found: dict[int, list[FaceDetection]], view: View, frame: RGBDFrame
     ) -> list[Detection]:
         """Join the faces that one object shows in this frame, and estimate one pose for it."""
-        detections: list[Detection] = []
+        groups: list[tuple[int, list[Found]]] = []
         for faces in self._faces_by_object(found):
-            model = faces[0][0].object
             instances = group_faces(faces, self._pose, frame)
-            instances.sort(key=lambda group: -sum(f.inliers for _, f in group))
-            for instance, group in enumerate(instances[: self.config.max_instances]):
-                detections.append(self._with_pose(model, instance, group, view, frame))
+            instances.sort(key=_inliers, reverse=True)
+            groups += enumerate(instances[: self.config.max_instances])
+        poses = self._estimate([group for _, group in groups], frame)
+        detections = [
+            self._with_pose(instance, group, pose, view, frame)
+            for (instance, group), pose in zip(groups, poses, strict=True)
+        ]
         return sorted(detections, key=lambda d: -d.inliers)
 
     def _with_pose(
-        self, model: ObjectModel, instance: int, group: list[Found], view: View, frame: RGBDFrame
+        self,
+        instance: int,
+        group: list[Found],
+        pose: PoseEstimate | PoseError,
+        view: View,
+        frame: RGBDFrame,
     ) -> Detection:
         """One detection from faces that belong together, and from others that they point to."""
-        pose, failure = self._estimate(group, frame)
-        if pose is not None and len(group) < len(group[0][0].object.faces):
+        model = group[0][0].object
+        if not isinstance(pose, PoseError) and len(group) < len(model.faces):
             others = self._other_faces(group, pose, view)
             if others:
                 group = [*group, *others]
-                pose, failure = self._estimate(group, frame)
+                (pose,) = self._estimate([group], frame)
         shown = tuple(f for _, f in sorted(group, key=lambda pair: -pair[1].inliers))
         score = 1.0 - float(np.prod([1.0 - f.score for f in shown]))
-        return Detection(model, instance, shown, score, pose, failure)
+        if isinstance(pose, PoseError):
+            return Detection(model, instance, shown, score, None, str(pose))
+        return Detection(model, instance, shown, score, pose)
 
     def _estimate(
-        self, group: Sequence[Found], frame: RGBDFrame
-    ) -> tuple[PoseEstimate | None, str]:
-        """The pose of a group from its best supported face on, or why there is none."""
-        ordered = sorted(group, key=lambda pair: -pair[1].inliers)
-        try:
-            return self._pose.estimate([observe(r, f) for r, f in ordered], frame), ""
-        except PoseError as error:
-            return None, str(error)
+        self, groups: Sequence[Sequence[Found]], frame: RGBDFrame
+    ) -> list[PoseEstimate | PoseError]:
+        """The pose of each group from its best supported face on, or why there is none."""
+        ordered = (sorted(group, key=lambda pair: -pair[1].inliers) for group in groups)
+        return self._pose.estimate_all([[observe(r, f) for r, f in g] for g in ordered], frame)
 
     def _other_faces(self, group: Sequence[Found], pose: PoseEstimate, view: View) -> list[Found]:
         """Faces of the object that were not found by themselves, where its pose puts them."""
@@ -316,6 +325,10 @@ class Detector:
                 same_place=self.config.same_place,
                 cache=cache,
             )
+
+
+def _inliers(group: Sequence[Found]) -> int:
+    return sum(face.inliers for _, face in group)
 
 
 def _with_others(report: FaceReport, detections: Sequence[Detection]) -> FaceReport:

@@ -51,10 +51,12 @@ class Outcome:
     Attributes:
         found: its instances.
         reports: of each attempt.
+        is_evident: whether the grey values of the first instance leave no doubt.
     """
 
     found: list[FaceDetection] = field(default_factory=list)
     reports: list[FaceReport] = field(default_factory=list)
+    is_evident: bool = False
 
     @property
     def inliers(self) -> int:
@@ -108,15 +110,19 @@ class FaceSearch:
     ) -> NDArray[np.bool_]:
         """Which undistorted pixels (N×2) lie in none of the faces found, by number of the face."""
         outside = np.ones(len(image_points), dtype=np.bool_)
+        x, y = np.ascontiguousarray(image_points.T)
         for face, detections in found.items():
             corners = reference_corners(*self._references[face].size)
             for detection in detections:
                 outline = apply_homography(detection.homography, corners)
-                sides = np.roll(outline, -1, axis=0) - outline
-                offsets = image_points[:, None] - outline
+                inside = np.ones(len(image_points), dtype=np.bool_)
                 # A verified outline is convex and turns one way: inside is to the same side of all.
-                turns = sides[:, 0] * offsets[..., 1] - sides[:, 1] * offsets[..., 0]
-                outside &= np.any(turns < 0, axis=1)
+                for corner, side in zip(
+                    outline, np.roll(outline, -1, axis=0) - outline, strict=True
+                ):
+                    turn = side[0] * (y - corner[1]) - side[1] * (x - corner[0])
+                    inside &= turn >= 0
+                outside &= ~inside
         return outside
 
     def find(
@@ -150,8 +156,10 @@ class FaceSearch:
         for attempt in attempts:
             outcome = outcomes.setdefault(attempt.face, Outcome())
             outcome.reports.append(self._report(attempt, len(view.evidence)))
-            if attempt.found is not None:
-                outcome.found.append(self._detection(attempt.face, attempt.found, view.camera))
+            found = attempt.found
+            if found is not None:
+                outcome.is_evident |= attempt.instance == 0 and found.is_evident
+                outcome.found.append(self._detection(attempt.face, found, view.camera))
         return outcomes
 
     def look_where(

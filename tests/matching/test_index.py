@@ -182,6 +182,17 @@ def test_a_closer_look_is_offered_where_it_could_find_more(first, closer):
     assert same is not closer
 
 
+@pytest.mark.parametrize(("count", "first"), [(1, 800), (3, 800), (6, 416), (14, 224)])
+def test_of_many_faces_a_first_look_is_at_fewer_descriptors_each(count, first):
+    # 2400 in all and at least 200 of each, rounded up to the core's blocks of 32.
+    faces = [most_useful_first(900 + number) for number in range(count)]
+    look = make_index(faces, "native", binary=False, first=800).look(seen_of(*faces), 2)
+    assert look.closer
+    for face in look.faces:
+        known = look.candidates.reference[look.candidates.face == face]
+        assert known.max() == first - 1
+
+
 def test_other_matchers_look_once():
     faces = [most_useful_first(60), most_useful_first(20)]
     seen = seen_of(*faces)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +19,7 @@ from pose_scenes import (
     tilted,
 )
 
+from planegrasp.errors import PoseError
 from planegrasp.geometry import PinholeCamera, RigidTransform, Rotation
 from planegrasp.pose import FusedConfig, FusedEstimator, PnPEstimator
 
@@ -69,6 +71,31 @@ def test_the_same_evidence_gives_the_same_answer():
     first, second = (ESTIMATOR.estimate(faces, frame) for _ in range(2))
     assert np.array_equal(first.T_camera_object.as_matrix(), second.T_camera_object.as_matrix())
     assert np.array_equal(first.covariance, second.covariance)
+
+
+@pytest.mark.parametrize("estimator", [FusedEstimator(), PnPEstimator()])
+def test_several_objects_get_the_poses_that_they_get_alone(estimator):
+    scene = Scene(tilted(30, 40, 50))
+    frame, faces = scene.frame(), scene.observations()
+    fewer = [
+        replace(f, face_points=f.face_points[:9], image_points=f.image_points[:9]) for f in faces
+    ]
+    hopeless = [
+        replace(f, face_points=f.face_points[:2], image_points=f.image_points[:2]) for f in faces
+    ]
+    behind = [replace(f, homography=f.homography @ np.diag([-1.0, 1.0, 1.0])) for f in faces]
+    results = estimator.estimate_all([faces, hopeless, behind, fewer], frame)
+    for observations, result in ((faces, results[0]), (fewer, results[3])):
+        alone = estimator.estimate(observations, frame)
+        np.testing.assert_array_equal(
+            result.T_camera_object.as_matrix(), alone.T_camera_object.as_matrix()
+        )
+        np.testing.assert_array_equal(result.covariance, alone.covariance)
+    for observations, error in ((hopeless, results[1]), (behind, results[2])):
+        assert isinstance(error, PoseError)
+        with pytest.raises(PoseError, match=re.escape(str(error))):
+            estimator.estimate(observations, frame)
+    assert estimator.estimate_all([], frame) == []
 
 
 @pytest.mark.parametrize("seed", range(5))

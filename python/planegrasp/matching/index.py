@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 
 
 NATIVE = "native"
+# Of more than three faces a first look compares with fewer descriptors each: so many in all …
+_FIRST_IN_ALL = 2400
+# … but not with fewer than this of each.
+_FIRST_AT_LEAST = 200
 # At least so many neighbours are looked for where the ratio is to one of them.
 _NEIGHBOURS = 16
 
@@ -109,7 +113,7 @@ class NativeIndex:
         length = faces[0].descriptors.shape[1]
         self._index = _core.ReferenceIndex(length, is_binary=binary, farthest=farthest)
         self._first = first or None
-        self._closer: list[bool] = []
+        self._sizes: list[int] = []
         for face in faces:
             self.add(face)
 
@@ -122,14 +126,22 @@ class NativeIndex:
         """Add a face, which gets the next number; nothing is built anew."""
         descriptors = face.descriptors.astype(np.uint8, copy=False)
         self._index.add(face.points, descriptors, face.radius)
-        self._closer.append(self._first is not None and len(face.points) > self._first)
+        self._sizes.append(len(face.points))
 
     def look(self, features: Features, k: int) -> Look:
         """See `ReferenceIndex.look`."""
         descriptors = features.descriptors.astype(np.uint8, copy=False)
         faces = self._index.propose(descriptors)
-        found = self._index.candidates(descriptors, k, among=faces, first=self._first)
-        return Look(Candidates(*found), faces, any(self._closer[face] for face in faces))
+        first = self._share(len(faces))
+        found = self._index.candidates(descriptors, k, among=faces, first=first)
+        closer = first is not None and any(self._sizes[face] > first for face in faces)
+        return Look(Candidates(*found), faces, closer)
+
+    def _share(self, faces: int) -> int | None:
+        """Descriptors of each of so many faces in a first look; None for all."""
+        if self._first is None:
+            return None
+        return min(self._first, max(_FIRST_AT_LEAST, _FIRST_IN_ALL // max(faces, 1)))
 
     def look_closer(self, features: Features, k: int, faces: NDArray[np.uint32]) -> Candidates:
         """See `ReferenceIndex.look_closer`."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
+from planegrasp.errors import PoseError
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -75,3 +77,23 @@ class PoseEstimator(Protocol):
             PoseError: the evidence does not determine a pose; the message says what is missing.
         """
         ...
+
+    def estimate_all(
+        self, objects: Sequence[Sequence[FaceObservation]], frame: RGBDFrame
+    ) -> list[PoseEstimate | PoseError]:
+        """The same for each of several objects: its pose, or the error that says why not."""
+        ...
+
+
+def one_by_one(
+    estimator: PoseEstimator, objects: Sequence[Sequence[FaceObservation]], frame: RGBDFrame
+) -> list[PoseEstimate | PoseError]:
+    """`PoseEstimator.estimate_all` by `estimate`, for estimators that are quick anyway."""
+
+    def attempt(faces: Sequence[FaceObservation]) -> PoseEstimate | PoseError:
+        try:
+            return estimator.estimate(faces, frame)
+        except PoseError as error:
+            return error
+
+    return [attempt(faces) for faces in objects]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from planegrasp import _core
 from planegrasp._convert import to_core_camera
+from planegrasp.errors import PoseError
 from planegrasp.pose._convert import from_core, to_core_faces
 
 if TYPE_CHECKING:
@@ -95,6 +96,24 @@ class FusedEstimator:
                 from behind.
             InvalidInputError: no face was given, or one with arrays that cannot be worked with.
         """
-        camera = to_core_camera(frame.camera)
-        settings = self.config._settings()
-        return from_core(_core.fused(to_core_faces(faces), camera, frame.depth, settings))
+        (result,) = self.estimate_all([faces], frame)
+        if isinstance(result, PoseError):
+            raise result
+        return result
+
+    def estimate_all(
+        self, objects: Sequence[Sequence[FaceObservation]], frame: RGBDFrame
+    ) -> list[PoseEstimate | PoseError]:
+        """See `PoseEstimator.estimate_all`; all in one call of the core, on all its threads."""
+        results: dict[int, PoseEstimate | PoseError] = {}
+        faces: dict[int, list[_core.Face]] = {}
+        for number, observations in enumerate(objects):
+            try:
+                faces[number] = to_core_faces(observations)
+            except PoseError as error:
+                results[number] = error
+        camera, settings = to_core_camera(frame.camera), self.config._settings()
+        estimates = _core.fused(list(faces.values()), camera, frame.depth, settings)
+        for number, one in zip(faces, estimates, strict=True):
+            results[number] = one if isinstance(one, PoseError) else from_core(one)
+        return [results[number] for number in range(len(objects))]

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING
 from planegrasp import _core
 from planegrasp._convert import to_core_camera
 from planegrasp.pose._convert import from_core, to_core_faces
+from planegrasp.pose.base import one_by_one
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from planegrasp.errors import PoseError
     from planegrasp.pose.base import FaceObservation, PoseEstimate
     from planegrasp.rgbd import RGBDFrame
 
@@ -70,3 +72,9 @@ class PnPEstimator:
         """
         camera = to_core_camera(frame.camera)
         return from_core(_core.pnp(to_core_faces(faces), camera, self.config._settings()))
+
+    def estimate_all(
+        self, objects: Sequence[Sequence[FaceObservation]], frame: RGBDFrame
+    ) -> list[PoseEstimate | PoseError]:
+        """See `PoseEstimator.estimate_all`."""
+        return one_by_one(self, objects, frame)

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING
 from planegrasp import _core
 from planegrasp._convert import to_core_camera
 from planegrasp.pose._convert import from_core, to_core_faces
+from planegrasp.pose.base import one_by_one
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from planegrasp.errors import PoseError
     from planegrasp.pose.base import FaceObservation, PoseEstimate
     from planegrasp.rgbd import RGBDFrame
 
@@ -38,3 +40,9 @@ class ThreePointEstimator:
         """
         camera = to_core_camera(frame.camera)
         return from_core(_core.three_point(to_core_faces(faces[:1]), camera, frame.depth))
+
+    def estimate_all(
+        self, objects: Sequence[Sequence[FaceObservation]], frame: RGBDFrame
+    ) -> list[PoseEstimate | PoseError]:
+        """See `PoseEstimator.estimate_all`."""
+        return one_by_one(self, objects, frame)

@@ -9,6 +9,7 @@
 //! Where no plane is usable the answer is that of [`pnp`].
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+use rayon::prelude::*;
 
 use crate::camera::Camera;
 use crate::candidates::{PoseMinimum, refine_all, summarise};
@@ -69,6 +70,19 @@ pub fn estimate(
         }
     }
     pnp::summarise_solutions(&planar, &config.pnp)
+}
+
+/// The same for the faces of each of several objects, which do not know of each other.
+pub fn estimate_each(
+    objects: &[Vec<Face>],
+    camera: &Camera,
+    depth: Option<&DepthImage<'_>>,
+    config: &FusedConfig,
+) -> Vec<Result<PoseEstimate, PoseError>> {
+    objects
+        .par_iter()
+        .map(|faces| estimate(faces, camera, depth, config))
+        .collect()
 }
 
 /// The planar solutions that depth could still prefer without contradicting the image.

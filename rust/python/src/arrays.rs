@@ -1,5 +1,7 @@
 //! NumPy arrays to and from the core's types, with their shapes checked.
 
+use std::borrow::Cow;
+
 use nalgebra::{Isometry3, Matrix3, Matrix4, SMatrix, Vector2};
 use numpy::ndarray::Array2;
 use numpy::{Element, PyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods};
@@ -88,6 +90,14 @@ pub fn gray_image<'a>(
     GrayImage::new(width, height, pixels).map_err(from_input_error)
 }
 
+/// The values of an array in C order, copied only where they do not lie so.
+pub fn values<'a, T: Element + Copy>(array: &'a PyReadonlyArrayDyn<'_, T>) -> Cow<'a, [T]> {
+    match array.as_slice() {
+        Ok(values) if array.is_c_contiguous() => Cow::Borrowed(values),
+        _ => Cow::Owned(array.as_array().iter().copied().collect()),
+    }
+}
+
 /// The values of an array in C order, which it must have: `as_slice` alone takes either order.
 fn row_by_row<'a, T: Element>(
     array: &'a PyReadonlyArrayDyn<'_, T>,
@@ -110,10 +120,7 @@ pub fn rows<const M: usize>(
             "{name} must have {M} numbers a row, got shape {shape:?}"
         )));
     }
-    let values: Vec<f32> = array.as_array().iter().copied().collect();
-    let mut rows = Vec::with_capacity(shape[0]);
-    rows.extend(values.as_chunks::<M>().0);
-    Ok(rows)
+    Ok(values(array).as_chunks::<M>().0.to_vec())
 }
 
 /// Points as an N×2 array.

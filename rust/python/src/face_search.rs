@@ -8,7 +8,7 @@ use planegrasp_core::{GrayImage, InputError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::{gray_image, matrix3, points, points_to_numpy, rows, to_numpy};
+use crate::arrays::{gray_image, matrix3, points, points_to_numpy, rows, to_numpy, values};
 use crate::camera::Camera;
 use crate::errors::{from_input_error, invalid_input};
 
@@ -199,6 +199,11 @@ impl FoundFace {
     fn agreement(&self) -> f64 {
         self.core.agreement
     }
+
+    #[getter]
+    fn is_evident(&self) -> bool {
+        self.core.is_evident
+    }
 }
 
 /// One attempt at one face.
@@ -337,11 +342,9 @@ impl FaceSearch {
         }
         // -1, no neighbour, becomes the core's NONE.
         let unsigned = |array: &PyReadonlyArrayDyn<'_, i32>| -> Vec<u32> {
-            array.as_array().iter().map(|&i| i as u32).collect()
+            values(array).iter().map(|&i| i as u32).collect()
         };
-        let floats = |array: &PyReadonlyArrayDyn<'_, f32>| -> Vec<f32> {
-            array.as_array().iter().copied().collect()
-        };
+        let floats = |array: &PyReadonlyArrayDyn<'_, f32>| values(array).into_owned();
         let candidates = Candidates {
             k,
             face: unsigned(&face),

@@ -1,6 +1,7 @@
 //! The default estimator.
 
 use numpy::PyReadonlyArrayDyn;
+use planegrasp_core::PoseError;
 use planegrasp_core::depth_plane::DepthConfig;
 use planegrasp_core::fused::{self as core, FusedConfig};
 use planegrasp_core::pnp::PnPConfig;
@@ -88,21 +89,32 @@ impl FusedSettings {
     }
 }
 
-/// Pose from the correspondences and the depth of all faces.
+/// Pose of each object from the correspondences and the depth of all its faces: an estimate, or the
+/// `PoseError` that says why there is none.
 #[pyfunction]
-pub fn fused(
-    py: Python<'_>,
-    faces: Vec<PyRef<'_, Face>>,
+pub fn fused<'py>(
+    py: Python<'py>,
+    objects: Vec<Vec<PyRef<'_, Face>>>,
     camera: PyRef<'_, Camera>,
     depth: Option<PyReadonlyArrayDyn<'_, f32>>,
     settings: PyRef<'_, FusedSettings>,
-) -> PyResult<Estimate> {
-    let (faces, camera, config) = (cores(&faces), &camera.core, &settings.core);
+) -> PyResult<Vec<Bound<'py, PyAny>>> {
+    let objects: Vec<_> = objects.iter().map(|faces| cores(faces)).collect();
+    let (camera, config) = (&camera.core, &settings.core);
     let depth = depth
         .as_ref()
         .map(|array| depth_image(array, camera))
         .transpose()?;
-    py.detach(|| core::estimate(&faces, camera, depth.as_ref(), config))
-        .map(|core| Estimate { core })
-        .map_err(from_pose_error)
+    let found = py.detach(|| core::estimate_each(&objects, camera, depth.as_ref(), config));
+    found
+        .into_iter()
+        .map(|one| match one {
+            Ok(core) => Ok(Bound::new(py, Estimate { core })?.into_any()),
+            Err(PoseError::Input(error)) => Err(from_input_error(error)),
+            Err(error) => Ok(from_pose_error(error)
+                .into_value(py)
+                .into_bound(py)
+                .into_any()),
+        })
+        .collect()
 }

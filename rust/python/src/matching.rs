@@ -1,10 +1,13 @@
 //! The index of reference descriptors.
 
+use std::borrow::Cow;
+
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use numpy::{PyReadonlyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use planegrasp_core::matching::{self as core, Metric, NONE};
 use pyo3::prelude::*;
 
+use crate::arrays::values;
 use crate::errors::{from_input_error, invalid_input};
 
 type Found<'py> = (
@@ -60,7 +63,7 @@ impl ReferenceIndex {
         radius: f32,
     ) -> PyResult<usize> {
         let points = rows(&points, &[2], "points")?;
-        let descriptors = self.descriptors(&descriptors)?;
+        let descriptors = self.descriptors(&descriptors)?.into_owned();
         py.detach(|| {
             let set = core::ReferenceSet::new(points, descriptors, self.length, radius)?;
             self.index.add(set)
@@ -118,9 +121,10 @@ impl ReferenceIndex {
 }
 
 impl ReferenceIndex {
-    fn descriptors(&self, array: &PyReadonlyArrayDyn<'_, u8>) -> PyResult<Vec<u8>> {
+    /// The descriptors row by row, copied only where they do not lie so.
+    fn descriptors<'a>(&self, array: &'a PyReadonlyArrayDyn<'_, u8>) -> PyResult<Cow<'a, [u8]>> {
         match array.shape() {
-            [_, length] if *length == self.length => Ok(array.as_array().iter().copied().collect()),
+            [_, length] if *length == self.length => Ok(values(array)),
             shape => Err(invalid_input(format!(
                 "descriptors must be N×{}, got shape {shape:?}",
                 self.length
@@ -143,8 +147,7 @@ fn rows<const LENGTH: usize>(
             )));
         }
     }
-    let values: Vec<f32> = array.as_array().iter().copied().collect();
-    Ok(values.as_chunks().0.to_vec())
+    Ok(values(array).as_chunks().0.to_vec())
 }
 
 /// Numbers of faces or references, -1 for none.

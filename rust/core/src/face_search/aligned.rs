@@ -24,6 +24,12 @@ pub const WELL_SPREAD: f64 = 0.3;
 /// right ones of photographs stay below 1.05.
 const MOST_STRETCH: f64 = 1.1;
 
+/// Share of the aligned tiles that leaves no doubt even where noise hides weak texture and they
+/// correlate less than that: a wrong rigid view of a weak face can have 0.8.
+const EVIDENT_TILES: f64 = 0.9;
+/// Corners that the alignment moves by less than this [px] leave the coarse look of a face as it is.
+const SAME_LOOK: f64 = 0.5;
+
 /// What the alignment of a face gave.
 #[derive(Debug, Clone)]
 pub struct Aligned {
@@ -116,17 +122,27 @@ pub fn aligned(
     let seen = outline(&H, face, view.camera, settings).ok();
     let better = best.alignment.accepted && (best.rigid || best.good);
     match seen.filter(|_| better) {
-        Some(outline) => Aligned {
-            found: FoundFace {
+        Some(outline) => {
+            let moves = outline.iter().zip(&found.outline);
+            let stays = moves.into_iter().all(|(a, b)| (a - b).norm() < SAME_LOOK);
+            let agreement = match stays {
+                true => found.agreement,
+                false => face.appearance().agreement(view.gray, &H),
+            };
+            let found = FoundFace {
                 homography: H,
                 outline,
-                agreement: face.appearance().agreement(view.gray, &H),
+                agreement,
+                is_evident: sure || (best.rigid && tiles >= EVIDENT_TILES),
                 ..found
-            },
-            tiles,
-            stretch: stretch(&H, face, view.camera),
-            sure,
-        },
+            };
+            Aligned {
+                found,
+                tiles,
+                stretch: stretch(&H, face, view.camera),
+                sure,
+            }
+        }
         None => as_it_was(found, tiles, sure && !best.alignment.accepted),
     }
 }
@@ -257,6 +273,7 @@ mod tests {
             inliers,
             coverage: 0.8,
             agreement: 1.0,
+            is_evident: false,
         };
         aligned(found, &face, &view, &settings())
     }

@@ -23,7 +23,8 @@ const CELL: usize = SIDE / CELLS;
 #[derive(Debug, Clone)]
 pub struct Appearance {
     size: Vector2<f64>,
-    image: Vec<f32>,
+    /// Whole grey levels: rounding is a hundredth of the least contrast, squared.
+    image: Vec<u8>,
 }
 
 impl Appearance {
@@ -46,7 +47,10 @@ impl Appearance {
         }
         Ok(Self {
             size: Vector2::new(reference.width() as f64, reference.height() as f64),
-            image: blurred(&squeezed(reference)),
+            image: blurred(&squeezed(reference))
+                .into_iter()
+                .map(|value| value.round() as u8)
+                .collect(),
         })
     }
 
@@ -62,6 +66,15 @@ impl Appearance {
     ///
     /// `homography`: from the reference's edge coordinates to pixels of the frame (undistorted).
     pub fn agreement(&self, frame: GrayImage<'_>, homography: &Matrix3<f64>) -> f64 {
+        pulp::Arch::new().dispatch(Comparison {
+            appearance: self,
+            frame,
+            homography,
+        })
+    }
+
+    #[inline(always)]
+    fn compare(&self, frame: GrayImage<'_>, homography: &Matrix3<f64>) -> f64 {
         let seen = blurred(&self.warped(frame, homography));
         let (mut textured, mut agreeing) = (0_usize, 0_usize);
         for cell in 0..CELLS * CELLS {
@@ -71,7 +84,7 @@ impl Appearance {
             }
             textured += 1;
             let (seen, seen_contrast) = centred(&seen, cell);
-            let product: f32 = reference.iter().zip(&seen).map(|(a, b)| a * b).sum();
+            let product = sum_of_products(&reference, &seen);
             let norm = contrast * seen_contrast * (CELL * CELL) as f32;
             if product >= SEEN * norm.max(1e-6) {
                 agreeing += 1;
@@ -81,24 +94,49 @@ impl Appearance {
     }
 
     /// The frame where the square's pixels lie, 0 outside of it.
+    #[inline(always)]
     fn warped(&self, frame: GrayImage<'_>, homography: &Matrix3<f64>) -> Vec<f32> {
         let step = self.size / SIDE as f64;
         // Pixel centres of the square in the edge coordinates of the reference.
         let edge_from_square =
             Matrix3::new_nonuniform_scaling(&step) * Matrix3::new_translation(&[0.5, 0.5].into());
         let H = (homography * edge_from_square).map(|v| v as f32);
-        let mut warped = Vec::with_capacity(SIDE * SIDE);
-        for y in 0..SIDE {
-            for x in 0..SIDE {
-                let p = H * nalgebra::Vector3::new(x as f32, y as f32, 1.0);
-                warped.push(bilinear(frame, p.x / p.z, p.y / p.z));
+        let mut warped = vec![0.0; SIDE * SIDE];
+        for (y, pixels) in warped.chunks_exact_mut(SIDE).enumerate() {
+            // First where all pixels of a row lie: that much is done several at a time.
+            let row = H.column(1) * y as f32 + H.column(2);
+            let mut at = [[0.0_f32; 2]; SIDE];
+            for (x, at) in at.iter_mut().enumerate() {
+                let x = x as f32;
+                let inverse = 1.0 / (H[(2, 0)] * x + row[2]);
+                *at = [0, 1].map(|i| (H[(i, 0)] * x + row[i]) * inverse);
+            }
+            for (pixel, [x, y]) in pixels.iter_mut().zip(at) {
+                *pixel = bilinear(frame, x, y);
             }
         }
         warped
     }
 }
 
+/// A comparison to be compiled for each instruction set.
+struct Comparison<'a> {
+    appearance: &'a Appearance,
+    frame: GrayImage<'a>,
+    homography: &'a Matrix3<f64>,
+}
+
+impl pulp::NullaryFnOnce for Comparison<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn call(self) -> f64 {
+        self.appearance.compare(self.frame, self.homography)
+    }
+}
+
 /// Grey level between pixel centres; 0 outside of the image.
+#[inline(always)]
 fn bilinear(image: GrayImage<'_>, x: f32, y: f32) -> f32 {
     let (right, bottom) = (image.width() as f32 - 1.0, image.height() as f32 - 1.0);
     if !(x >= 0.0 && y >= 0.0 && x <= right && y <= bottom) {
@@ -150,6 +188,7 @@ fn shares(length: usize) -> Vec<Vec<(usize, f32)>> {
 }
 
 /// Gaussian blur of a square, mirrored at its border.
+#[inline(always)]
 fn blurred(image: &[f32]) -> Vec<f32> {
     let weights = weights();
     let inside = |i: isize| i.unsigned_abs().min(2 * (SIDE - 1) - i.unsigned_abs());
@@ -188,16 +227,32 @@ fn weights() -> [f32; 2 * TAPS + 1] {
 }
 
 /// A cell's pixels about their mean, and their standard deviation.
-fn centred(image: &[f32], cell: usize) -> ([f32; CELL * CELL], f32) {
+#[inline(always)]
+fn centred<T: Copy + Into<f32>>(image: &[T], cell: usize) -> ([f32; CELL * CELL], f32) {
     let first = (cell / CELLS) * CELL * SIDE + (cell % CELLS) * CELL;
     let mut values = [0.0_f32; CELL * CELL];
     for (row, out) in values.chunks_exact_mut(CELL).enumerate() {
-        out.copy_from_slice(&image[first + row * SIDE..first + row * SIDE + CELL]);
+        let pixels = &image[first + row * SIDE..first + row * SIDE + CELL];
+        for (value, pixel) in out.iter_mut().zip(pixels) {
+            *value = (*pixel).into();
+        }
     }
-    let mean = values.iter().sum::<f32>() / values.len() as f32;
+    let mean = sum_of_products(&values, &[1.0; CELL * CELL]) / values.len() as f32;
     for value in &mut values {
         *value -= mean;
     }
-    let variance = values.iter().map(|v| v * v).sum::<f32>() / values.len() as f32;
+    let variance = sum_of_products(&values, &values) / values.len() as f32;
     (values, variance.sqrt())
+}
+
+/// In [`CELL`] sums side by side, one for each column, so that a processor adds several at once.
+#[inline(always)]
+fn sum_of_products(a: &[f32; CELL * CELL], b: &[f32; CELL * CELL]) -> f32 {
+    let mut sums = [0.0_f32; CELL];
+    for (a, b) in a.chunks_exact(CELL).zip(b.chunks_exact(CELL)) {
+        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += a * b;
+        }
+    }
+    sums.iter().sum()
 }

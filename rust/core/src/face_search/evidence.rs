@@ -135,10 +135,15 @@ impl Evidence {
                     target: self.features.points[entry.feature as usize],
                 },
             })
-            .collect();
+            .collect::<Vec<Match>>();
         FaceEvidence {
             evidence: self,
             face,
+            keypoints: matches
+                .iter()
+                .map(|one| one.reference + 1)
+                .max()
+                .unwrap_or(0),
             matches,
         }
     }
@@ -157,6 +162,8 @@ impl Evidence {
 pub struct FaceEvidence<'a> {
     evidence: &'a Evidence,
     face: &'a SearchedFace,
+    /// Matches are with the first so many of its keypoints.
+    keypoints: u32,
     matches: Vec<Match>,
 }
 
@@ -180,8 +187,8 @@ impl FaceEvidence<'_> {
     /// Matches that a homography explains, whatever the ratio test says: the nearest of each
     /// feature whose reference point it puts within `radius` [px].
     pub fn agreeing(&self, H: &Matrix3<f64>, radius: f64) -> Vec<Match> {
-        // Most keypoints occur in many matches.
-        let mapped: Vec<Vector2<f32>> = (0..self.face.len() as u32)
+        // Most keypoints occur in many matches; those beyond a first look in none.
+        let mapped: Vec<Vector2<f32>> = (0..self.keypoints)
             .map(|keypoint| {
                 let mapped = H * self.face.point(keypoint).push(1.0);
                 let depth = if mapped.z > 0.0 { mapped.z } else { f64::NAN };

@@ -49,6 +49,8 @@ pub struct FoundFace {
     pub coverage: f64,
     /// Share of its textured cells that look like the reference.
     pub agreement: f64,
+    /// Whether its grey values leave no doubt: its tiles agree with the reference well, or nearly all.
+    pub is_evident: bool,
 }
 
 /// The numbers of one attempt, as far as it got.
@@ -258,6 +260,7 @@ fn verify(
         inliers,
         coverage,
         agreement,
+        is_evident: false,
     };
     let aligned = aligned(found, face, view, settings);
     figures.agreement = Some(aligned.found.agreement);

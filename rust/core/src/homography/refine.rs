@@ -1,6 +1,6 @@
 //! Non-linear refinement of a homography.
 
-use nalgebra::{Matrix2x3, Matrix3, RowVector3, SMatrix, SVector};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3};
 
 use super::PointMatch;
 use super::conditioning::Conditioning;
@@ -97,6 +97,7 @@ impl LeastSquares<PARAMETERS> for Problem<'_> {
             gradient: SVector::zeros(),
             hessian: SMatrix::zeros(),
         };
+        let mut sums = Sums::default();
         for point in self.matches {
             let source = point.source.push(1.0);
             let mapped = H * source;
@@ -105,15 +106,13 @@ impl LeastSquares<PARAMETERS> for Problem<'_> {
                 return normal;
             }
             let image = mapped.xy() / mapped.z;
-            let residual = (image - point.target) * self.inverse_scale;
-            let squared = residual.norm_squared();
-            let weight = 1.0 / (1.0 + squared);
-            let jacobian = jacobian(&source.transpose(), &image, mapped.z) * self.inverse_scale;
-            let weighted = jacobian.transpose() * weight;
+            let residual = image - point.target;
+            let squared = residual.norm_squared() * self.inverse_scale.powi(2);
+            let weight = self.inverse_scale.powi(2) / (1.0 + squared);
             normal.cost += squared.ln_1p();
-            normal.gradient += weighted * residual;
-            normal.hessian += weighted * jacobian;
+            sums.add(&(source / mapped.z), &image, &residual, weight);
         }
+        (normal.gradient, normal.hessian) = sums.normal();
         if let Some(prior) = self.prior {
             let (residuals, jacobian) = prior.rigidity.residuals(H);
             let weighted = jacobian.transpose() / prior.sigma.powi(2);
@@ -133,32 +132,66 @@ impl LeastSquares<PARAMETERS> for Problem<'_> {
     }
 }
 
-/// Of the image point by the first eight entries of H, row by row.
-fn jacobian(
-    source: &RowVector3<f64>,
-    image: &nalgebra::Vector2<f64>,
-    depth: f64,
-) -> SMatrix<f64, 2, PARAMETERS> {
-    let row = source / depth;
-    let mut by_last_row = Matrix2x3::zeros();
-    by_last_row.row_mut(0).copy_from(&(row * -image.x));
-    by_last_row.row_mut(1).copy_from(&(row * -image.y));
-    let mut jacobian = SMatrix::<f64, 2, PARAMETERS>::zeros();
-    jacobian.fixed_view_mut::<1, 3>(0, 0).copy_from(&row);
-    jacobian.fixed_view_mut::<1, 3>(1, 3).copy_from(&row);
-    jacobian
-        .fixed_view_mut::<2, 2>(0, 6)
-        .copy_from(&by_last_row.fixed_view::<2, 2>(0, 0));
-    jacobian
+/// Sums over points of Jᵀ·r and Jᵀ·J.
+///
+/// The derivative of an image point (u, v) by the rows of H is (p, 0, -u·p) and (0, p, -v·p), with p
+/// the source over its depth. So JᵀJ consists of p·pᵀ times 1, u, v and u² + v²: a quarter of the
+/// products.
+#[derive(Default)]
+struct Sums {
+    /// Of p·pᵀ times each of 1, u, v, u² + v².
+    products: [Matrix3<f64>; 4],
+    /// Of p times each component of the residual, and times their products with -u and -v together.
+    residuals: [Vector3<f64>; 3],
+}
+
+impl Sums {
+    fn add(
+        &mut self,
+        p: &Vector3<f64>,
+        image: &Vector2<f64>,
+        residual: &Vector2<f64>,
+        weight: f64,
+    ) {
+        let product = p * p.transpose() * weight;
+        let factors = [1.0, image.x, image.y, image.norm_squared()];
+        for (sum, factor) in self.products.iter_mut().zip(factors) {
+            *sum += product * factor;
+        }
+        let weighted = p * weight;
+        let factors = [residual.x, residual.y, -image.dot(residual)];
+        for (sum, factor) in self.residuals.iter_mut().zip(factors) {
+            *sum += weighted * factor;
+        }
+    }
+
+    /// Gradient and Hessian by the first eight entries of H, row by row.
+    fn normal(
+        &self,
+    ) -> (
+        SVector<f64, PARAMETERS>,
+        SMatrix<f64, PARAMETERS, PARAMETERS>,
+    ) {
+        let zero = Matrix3::zeros();
+        let [one, u, v, both] = &self.products;
+        let blocks = [[one, &zero, u], [&zero, one, v], [u, v, both]];
+        let sign = |i: usize, j: usize| match (i == 2) ^ (j == 2) {
+            true => -1.0,
+            false => 1.0,
+        };
+        let hessian = SMatrix::from_fn(|row, column| {
+            let (i, j) = (row / 3, column / 3);
+            sign(i, j) * blocks[i][j][(row % 3, column % 3)]
+        });
+        let gradient = SVector::from_fn(|row, _| self.residuals[row / 3][row % 3]);
+        (gradient, hessian)
+    }
 }
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use nalgebra::Vector2;
-
     use super::*;
-    use crate::numeric::assert_jacobian;
     use crate::random::SplitMix64;
 
     const TRUTH: Matrix3<f64> = Matrix3::new(0.6, -0.1, 200.0, 0.15, 0.5, 150.0, 1e-4, -3e-4, 1.0);
@@ -179,17 +212,58 @@ mod tests {
     }
 
     #[test]
-    fn the_jacobian_is_the_derivative() {
-        let source = Vector2::new(0.3, -0.7).push(1.0);
-        let entries = [0.9, 0.1, -0.2, 0.05, 1.1, 0.3, 0.2, -0.1];
-        let map = |h: &[f64; 8]| {
-            let H = Matrix3::new(h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1.0);
-            let mapped = H * source;
-            [mapped.x / mapped.z, mapped.y / mapped.z]
+    fn the_gradient_is_that_of_the_cost() {
+        let matches = matches(0.5);
+        let problem = Problem {
+            matches: &matches,
+            inverse_scale: 0.7,
+            prior: None,
         };
-        let depth = 0.2 * 0.3 + 0.1 * 0.7 + 1.0;
-        let image = Vector2::from(map(&entries));
-        assert_jacobian(map, &entries, jacobian(&source.transpose(), &image, depth));
+        let entries = [0.61, -0.1, 200.3, 0.15, 0.51, 149.0, 1e-4, -3e-4];
+        let at = |h: &[f64; 8]| Matrix3::new(h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1.0);
+        let normal = problem.linearize(&at(&entries));
+        assert!((normal.cost - problem.cost(&at(&entries))).abs() < 1e-9);
+        // The cost is a sum of losses, the gradient half of its derivative.
+        for (i, scale) in [1e-6, 1e-6, 1e-4, 1e-6, 1e-6, 1e-4, 1e-9, 1e-9]
+            .iter()
+            .enumerate()
+        {
+            let (mut below, mut above) = (entries, entries);
+            below[i] -= scale;
+            above[i] += scale;
+            let slope = (problem.cost(&at(&above)) - problem.cost(&at(&below))) / (2.0 * scale);
+            let error = (normal.gradient[i] - 0.5 * slope).abs();
+            assert!(error <= 1e-5 * slope.abs() + 1e-3, "{i} {error} {slope}");
+        }
+    }
+
+    #[test]
+    fn the_hessian_is_that_of_the_residuals() {
+        let matches = &matches(0.5)[..5];
+        let problem = Problem {
+            matches,
+            inverse_scale: 0.7,
+            prior: None,
+        };
+        let mut expected = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
+        for point in matches {
+            let source = point.source.push(1.0);
+            let mapped = TRUTH * source;
+            let image = mapped.xy() / mapped.z;
+            let p = source / mapped.z;
+            let jacobian = SMatrix::<f64, 2, PARAMETERS>::from_fn(|i, entry| {
+                let by_row = match entry / 3 {
+                    2 => -image[i],
+                    row if row == i => 1.0,
+                    _ => 0.0,
+                };
+                by_row * p[entry % 3]
+            });
+            let squared = (image - point.target).norm_squared() * 0.49;
+            expected += jacobian.transpose() * jacobian * (0.49 / (1.0 + squared));
+        }
+        let found = problem.linearize(&TRUTH).hessian;
+        assert!((found - expected).norm() < 1e-12 * expected.norm());
     }
 
     #[test]
