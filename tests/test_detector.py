@@ -588,6 +588,18 @@ def test_what_a_first_look_misses_a_closer_one_finds(first_looks, taught, monkey
     assert sum(first) < 0.7 * sum(closer)
 
 
+@pytest.mark.parametrize(("most", "names"), [(0, set()), (1, {"coffee"}), (2, {"coffee"})])
+def test_a_closer_look_is_at_the_faces_with_most_matches(first_looks, taught, most, names):
+    """With hardly a descriptor at first, all three faces stay open; one of them is there."""
+    objects = [taught(name) for name in ("retina", "coffee", "astronaut")]
+    prepared = [face for o in objects for face in first_looks(0).prepared(o)]
+    detector = Detector.of(prepared, replace(QUICK, first_look=24, closer_look=most))
+    scene = frame_of((taught("coffee"), pose(tilt=66)))
+    report = detector.explain(scene.frame)
+    assert {d.name for d in report.detections} == names
+    assert {r.face for r in report.faces}  # Also those without a closer look have a fate.
+
+
 def _first_look_only(look):
     return lambda index, seen, k: replace(look(index, seen, k), closer=False)
 

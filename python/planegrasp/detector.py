@@ -61,6 +61,8 @@ class DetectorConfig:
         first_look: the most useful descriptors of each face that every frame is compared with, of
             more than three faces fewer each (2400 in all, at least 200 of each); the others only
             where these did not find the face. 0 = all at once.
+        closer_look: at most so many faces of those that a first look left open are compared with
+            all their descriptors, those with most matches.
         reference_side: longest side of the reference image that features are taken from [px].
         neighbours: how many nearest descriptors of a feature may turn out to be the right one.
         same_place: points of a face closer than this share of its longest side are one place for
@@ -75,6 +77,7 @@ class DetectorConfig:
     oblique: ObliqueConfig | None = None
     pruning: PruningConfig = field(default_factory=PruningConfig)
     first_look: int = 800
+    closer_look: int = 6
     reference_side: int = 400
     neighbours: int = 6
     same_place: float = 0.03
@@ -86,6 +89,10 @@ class DetectorConfig:
             raise InvalidInputError(
                 f"need reference_side ≥ 32, neighbours ≥ 2 and max_instances ≥ 1, got "
                 f"{self.reference_side}, {self.neighbours}, {self.max_instances}"
+            )
+        if self.first_look < 0 or self.closer_look < 0:
+            raise InvalidInputError(
+                f"first_look and closer_look must be ≥ 0, got {self.first_look}, {self.closer_look}"
             )
 
 
@@ -178,7 +185,7 @@ class Detector:
         outcomes = self._search.find(view, look.faces, limit, explain=explain)
         watch.lap("homography")
         sure = {face: o.found for face, o in outcomes.items() if o.is_evident or o.inliers >= _SURE}
-        unsure = np.setdiff1d(look.faces, list(sure)).astype(np.uint32)
+        unsure = self._likeliest(np.setdiff1d(look.faces, list(sure)).astype(np.uint32), view)
         if look.closer and len(unsure):
             view = self._closer(view, sure, unsure)
             watch.lap("match")
@@ -197,6 +204,17 @@ class Detector:
             ignored = np.setdiff1d(np.arange(len(self.references)), look.faces)
             reports += [self._search.not_proposed(int(face)) for face in ignored]
         return DetectionReport(tuple(detections), tuple(reports), watch.seconds)
+
+    def _likeliest(self, unsure: NDArray[np.uint32], view: View) -> NDArray[np.uint32]:
+        """Of the faces that a first look left open those with most matches.
+
+        Where there are more of them than a closer look is for, most are not in the frame.
+        """
+        if len(unsure) <= self.config.closer_look:
+            return unsure
+        matches = [len(self._search.matches(view.evidence, int(f), 0.8)) for f in unsure]
+        best = np.argsort(matches, kind="stable")[::-1][: self.config.closer_look]
+        return np.sort(unsure[best])
 
     def _closer(
         self,
