@@ -25,7 +25,7 @@ from planegrasp.robot.scene import ObjectBody, Scene
 from planegrasp.robot.trajectory import time_parameterise
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     from numpy.typing import NDArray
 
@@ -140,6 +140,7 @@ class GraspExecutor:
         body: BoxBody,
         *,
         scene: Scene | None = None,
+        carried: Iterable[str] = (),
         eyes: Eyes | None = None,
         sighting: Sighting | None = None,
         notify: Callable[[str], None] | None = None,
@@ -151,6 +152,7 @@ class GraspExecutor:
             arm: that is driven.
             body: of the object.
             scene: obstacles, for the steps after a moving object.
+            carried: names of those that move along with it: the hand that holds it.
             eyes: that see a moving object; None for one that stands still.
             sighting: that the plan was made from; needed with eyes.
             notify: called after each stage with its name: "moved", "reached", "closed", "lifted",
@@ -165,7 +167,9 @@ class GraspExecutor:
             if sighting is None:
                 raise InvalidInputError("a moving object needs the sighting that the plan is from")
             target = MovingTarget(sighting, self.config.motion)
-        way = _Way(self, plan, arm, body, scene=scene or Scene(), eyes=eyes, target=target)
+        way = _Way(
+            self, plan, arm, body, scene=scene or Scene(), carried=carried, eyes=eyes, target=target
+        )
         notify = notify or (lambda stage: None)
         try:
             way.move()
@@ -194,6 +198,7 @@ class _Way:
         body: BoxBody,
         *,
         scene: Scene,
+        carried: Iterable[str],
         eyes: Eyes | None,
         target: MovingTarget | None,
     ) -> None:
@@ -204,6 +209,12 @@ class _Way:
         self._checker = CollisionChecker(
             self._robot, scene.with_object(self._body), state=arm.state
         )
+        names = frozenset(carried)
+        self._carried = {
+            box.name: plan.T_base_object.inv() * box.T_base_box
+            for box in scene.obstacles
+            if box.name in names
+        }
         # Where the arm was told to be last; what the gripper moved along since the free path.
         self._q = self._robot.arm(arm.state)
         self._reached: list[Float64Array] = []
@@ -321,6 +332,7 @@ class _Way:
 
     def _check(self, q: Float64Array, T_base_object: RigidTransform) -> None:
         self._checker.set_object(self._body.lying(T_base_object))
+        self._checker.move_obstacles({name: T_base_object * T for name, T in self._carried.items()})
         contact = self._checker.check(
             q, self._plan.opening, allowed=self._checker.fingers_on_object
         )

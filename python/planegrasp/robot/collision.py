@@ -16,14 +16,17 @@ from planegrasp.robot.collision_model import (
     body_names,
     build_collision_model,
     place_object,
+    place_obstacle,
+    world_base,
 )
 from planegrasp.robot.scene import OBJECT, ObjectBody, Scene
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
     from numpy.typing import ArrayLike
 
+    from planegrasp.geometry import RigidTransform
     from planegrasp.robot.model import Robot
     from planegrasp.robot.state import RobotState
 
@@ -119,6 +122,16 @@ class CollisionChecker:
         else:
             self._build()
 
+    def move_obstacles(self, T_base_boxes: Mapping[str, RigidTransform]) -> None:
+        """Put some of the scene's obstacles elsewhere, by name; nothing is compiled anew.
+
+        Raises:
+            InvalidInputError: for obstacles that the scene does not have.
+        """
+        self.scene = self.scene.with_moved(T_base_boxes)
+        for name, T_base_box in T_base_boxes.items():
+            place_obstacle(self._model, name, self._T_world_base * T_base_box)
+
     def check(
         self, q: ArrayLike, opening: float | None = None, *, allowed: Iterable[Pair] = ()
     ) -> Contact | None:
@@ -163,6 +176,7 @@ class CollisionChecker:
         place_object(self._model, self.robot, self.scene, self.state)
         self._data = mujoco.MjData(self._model)
         self._data.qpos[:] = self.state.qpos
+        self._T_world_base = world_base(self.robot, self.state)
         bodies = body_names(self._model)
         owners = [bodies[body] for body in self._model.geom_bodyid]
         # The robot is named before what it holds, and that before obstacles; outer links first.

@@ -35,7 +35,7 @@ def build_collision_model(
     than a margin of its own, MuJoCo misses some.
     """
     spec = robot.spec()
-    T_world_base = _world_base(robot, state)
+    T_world_base = world_base(robot, state)
     for obstacle in scene.obstacles:
         T_world_box = T_world_base * obstacle.T_base_box
         _add_box(spec.worldbody, PREFIX + obstacle.name, obstacle.size, T_world_box, margin)
@@ -56,7 +56,7 @@ def place_object(model: mujoco.MjModel, robot: Robot, scene: Scene, state: Robot
         return
     T_object_box = RigidTransform.from_translation(body.centre)
     if body.T_base_object is not None:
-        T_parent_box = _world_base(robot, state) * body.T_base_object * T_object_box
+        T_parent_box = world_base(robot, state) * body.T_base_object * T_object_box
     else:
         assert body.T_gripper_object is not None
         T_parent_box = _body_gripper(robot) * body.T_gripper_object * T_object_box
@@ -67,14 +67,31 @@ def place_object(model: mujoco.MjModel, robot: Robot, scene: Scene, state: Robot
         mask = _EVERYTHING if name == here else 0
         model.geom_contype[geom] = model.geom_conaffinity[geom] = mask
         if name == here:
-            model.body_pos[index] = T_parent_box.translation
-            model.body_quat[index] = T_parent_box.rotation.as_quat(scalar_first=True)
+            _place(model, index, T_parent_box)
+
+
+def place_obstacle(model: mujoco.MjModel, name: str, T_world_box: RigidTransform) -> None:
+    """Pose an obstacle of the model, by its name in the scene."""
+    _place(model, model.body(PREFIX + name).id, T_world_box)
 
 
 def body_names(model: mujoco.MjModel) -> list[str]:
     """Names of all bodies, "body 7" where one has none."""
     found = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, i) for i in range(model.nbody)]
     return [name or f"body {i}" for i, name in enumerate(found)]
+
+
+def world_base(robot: Robot, state: RobotState) -> RigidTransform:
+    """T_world_base of a robot whose other joints are as in a state."""
+    data = mujoco.MjData(robot.model)
+    data.qpos[:] = state.qpos
+    mujoco.mj_kinematics(robot.model, data)
+    return frames.world_pose(robot.model, data, robot.base_frame)
+
+
+def _place(model: mujoco.MjModel, body: int, T_parent_body: RigidTransform) -> None:
+    model.body_pos[body] = T_parent_body.translation
+    model.body_quat[body] = T_parent_body.rotation.as_quat(scalar_first=True)
 
 
 def _add_box(
@@ -96,13 +113,6 @@ def _add_box(
         contype=_EVERYTHING,
         conaffinity=_EVERYTHING,
     )
-
-
-def _world_base(robot: Robot, state: RobotState) -> RigidTransform:
-    data = mujoco.MjData(robot.model)
-    data.qpos[:] = state.qpos
-    mujoco.mj_kinematics(robot.model, data)
-    return frames.world_pose(robot.model, data, robot.base_frame)
 
 
 def _body_gripper(robot: Robot) -> RigidTransform:
