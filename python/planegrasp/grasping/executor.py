@@ -18,7 +18,7 @@ from planegrasp.errors import InvalidInputError
 from planegrasp.geometry import RigidTransform
 from planegrasp.grasping.target import MovingTarget
 from planegrasp.pose_filter import PoseFilterConfig
-from planegrasp.robot.collision import CollisionChecker
+from planegrasp.robot.collision import CollisionChecker, CollisionConfig
 from planegrasp.robot.kinematics import Kinematics
 from planegrasp.robot.path import Path
 from planegrasp.robot.scene import ObjectBody, Scene
@@ -57,6 +57,8 @@ class ExecutorConfig:
         rotation_tolerance: the same for its rotation [rad].
         lost_after: a moving object not seen for this long is lost [s].
         lost_sigma: so is one whose predicted position is more uncertain than this [m].
+        margin: kept from obstacles and the object in steps after a moving one [m]; less than what
+            was planned with, since its pose differs a little from frame to frame.
         blind: the last part of the way is done without seeing: the hand is in front [m].
         patience: for catching up with a moving object [s].
         closing: longest time to close [s].
@@ -74,6 +76,7 @@ class ExecutorConfig:
     rotation_tolerance: float = math.radians(3.0)
     lost_after: float = 0.7
     lost_sigma: float = 0.02
+    margin: float = 0.002
     blind: float = 0.03
     patience: float = 12.0
     closing: float = 2.0
@@ -207,14 +210,13 @@ class _Way:
         self._body = ObjectBody(body.size, plan.T_base_object, None, body.centre)
         self._kinematics = Kinematics(self._robot, arm.state)
         self._checker = CollisionChecker(
-            self._robot, scene.with_object(self._body), state=arm.state
+            self._robot,
+            scene.with_object(self._body),
+            state=arm.state,
+            config=CollisionConfig(margin=self._config.margin),
         )
-        names = frozenset(carried)
-        self._carried = {
-            box.name: plan.T_base_object.inv() * box.T_base_box
-            for box in scene.obstacles
-            if box.name in names
-        }
+        self._carried = frozenset(carried)
+        scene.check_names(self._carried)
         # Where the arm was told to be last; what the gripper moved along since the free path.
         self._q = self._robot.arm(arm.state)
         self._reached: list[Float64Array] = []
@@ -332,7 +334,8 @@ class _Way:
 
     def _check(self, q: Float64Array, T_base_object: RigidTransform) -> None:
         self._checker.set_object(self._body.lying(T_base_object))
-        self._checker.move_obstacles({name: T_base_object * T for name, T in self._carried.items()})
+        moved = T_base_object * self._plan.T_base_object.inv()
+        self._checker.move_obstacles(self._carried, moved)
         contact = self._checker.check(
             q, self._plan.opening, allowed=self._checker.fingers_on_object
         )

@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from planegrasp.geometry import RigidTransform
+from planegrasp.geometry import RigidTransform, Rotation
 from planegrasp.robot import frames, loading
 from planegrasp.robot.scene import OBJECT
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from planegrasp.robot.model import Robot
-    from planegrasp.robot.scene import Scene
+    from planegrasp.robot.scene import Obstacle, Scene
     from planegrasp.robot.state import RobotState
 
 # No model uses such names; an obstacle may then be called like one of the robot's links.
@@ -70,9 +72,17 @@ def place_object(model: mujoco.MjModel, robot: Robot, scene: Scene, state: Robot
             _place(model, index, T_parent_box)
 
 
-def place_obstacle(model: mujoco.MjModel, name: str, T_world_box: RigidTransform) -> None:
-    """Pose an obstacle of the model, by its name in the scene."""
-    _place(model, model.body(PREFIX + name).id, T_world_box)
+def place_obstacles(
+    model: mujoco.MjModel, obstacles: Sequence[Obstacle], T_world_base: RigidTransform
+) -> None:
+    """Pose obstacles of the model where a base at this pose has them."""
+    if obstacles:
+        # All at once: products of single transforms take longer than a check.
+        index = [model.body(PREFIX + box.name).id for box in obstacles]
+        places = np.array([box.T_base_box.translation for box in obstacles])
+        turns = Rotation.concatenate([box.T_base_box.rotation for box in obstacles])
+        model.body_pos[index] = T_world_base.apply(places)
+        model.body_quat[index] = (T_world_base.rotation * turns).as_quat(scalar_first=True)
 
 
 def body_names(model: mujoco.MjModel) -> list[str]:
@@ -82,7 +92,7 @@ def body_names(model: mujoco.MjModel) -> list[str]:
 
 
 def world_base(robot: Robot, state: RobotState) -> RigidTransform:
-    """T_world_base of a robot whose other joints are as in a state."""
+    """T_world_base of a robot whose joints are as in a state."""
     data = mujoco.MjData(robot.model)
     data.qpos[:] = state.qpos
     mujoco.mj_kinematics(robot.model, data)

@@ -9,7 +9,7 @@ from planegrasp.checks import check_length
 from planegrasp.errors import InvalidInputError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable
 
     from planegrasp.geometry import RigidTransform
 
@@ -89,26 +89,14 @@ class Scene:
         if len(set(names)) != len(names):
             raise InvalidInputError(f"obstacles need different names, got {', '.join(names)}")
         if self.object is not None:
-            self._check_names(self.object.supports)
+            self.check_names(self.object.supports)
 
     def with_object(self, body: ObjectBody | None) -> Scene:
         """The same obstacles with another object, or none."""
         return replace(self, object=body)
 
-    def with_moved(self, T_base_boxes: Mapping[str, RigidTransform]) -> Scene:
-        """The same scene with some obstacles elsewhere, by name.
-
-        Raises:
-            InvalidInputError: for obstacles that the scene does not have.
-        """
-        self._check_names(T_base_boxes)
-        moved = (
-            replace(box, T_base_box=T_base_boxes[box.name]) if box.name in T_base_boxes else box
-            for box in self.obstacles
-        )
-        return replace(self, obstacles=tuple(moved))
-
-    def _check_names(self, wanted: Iterable[str]) -> None:
+    def check_names(self, wanted: Iterable[str]) -> None:
+        """Refuse, with an InvalidInputError, names that no obstacle has."""
         names = [obstacle.name for obstacle in self.obstacles]
         unknown = set(wanted) - set(names)
         if unknown:
