@@ -55,7 +55,8 @@ class ObstacleConfig:
         robot_margin: points within this of the robot are taken for it [m].
         cell: edge of the cells in which points are counted and joined [m].
         share: of the pixels that a side of a cell fills when it faces the camera, so many must be
-            measured in a cell for it to be more than noise.
+            measured in a cell for it to be more than noise,
+        fewest: but no fewer than these.
         thickness: what is seen goes on behind its surface by this [m].
         most: boxes, at least 26; where there are more, larger cells are joined.
 
@@ -63,14 +64,15 @@ class ObstacleConfig:
         InvalidInputError: a value is out of its range.
     """
 
-    radius: float = 0.45
+    radius: float = 0.60
     depth_sigma: float = 2.5e-3
     sigmas: float = 3.0
     margin: float = 0.006
     robot_margin: float = 0.03
     cell: float = 0.025
     share: float = 0.05
-    thickness: float = 0.03
+    fewest: int = 8
+    thickness: float = 0.05
     most: int = 80
 
     def __post_init__(self) -> None:
@@ -79,7 +81,7 @@ class ObstacleConfig:
                 raise InvalidInputError(f"{name} must be > 0 m, got {getattr(self, name)}")
         if self.most < _LEAST_BOXES:
             raise InvalidInputError(f"most must be ≥ {_LEAST_BOXES} boxes, got {self.most}")
-        for name in ("depth_sigma", "sigmas", "margin", "robot_margin", "share", "thickness"):
+        for name in self.__slots__:
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
                 raise InvalidInputError(f"{name} must be ≥ 0, got {getattr(self, name)}")
 
@@ -234,7 +236,7 @@ def _without_noise(
     points, cells = points[inside], cells[inside]
     counts = np.bincount(cells, minlength=1)[cells]
     pixels = (config.cell * focal_length / points[:, 2]) ** 2
-    return points[counts >= np.maximum(config.share * pixels, 1.0)]
+    return points[counts >= np.maximum(config.share * pixels, config.fewest)]
 
 
 def _thick(points: Points, config: ObstacleConfig) -> Points:
