@@ -124,15 +124,19 @@ def obstacles_from_depth(
     points = _without_noise(points, frame.camera.fx, T_camera_object, body, config)
     solid = np.asarray(T_camera_object.inv().apply(_thick(points, config)))
     solid = solid[~_inside(solid, body, 0.0)]
+    if not len(solid):
+        return ()
     low, high = _few_boxes(solid, body, config)
+    middles = np.asarray(T_base_object.apply((low + high) / 2))
+    # A single row of pixels has no width.
+    sizes = np.maximum(high - low, 1e-3).tolist()
     return tuple(
         Obstacle(
             f"seen-{i}",
-            # A single row of pixels has no width.
-            tuple(np.maximum(high[i] - low[i], 1e-3).tolist()),
-            T_base_object * RigidTransform.from_translation((low[i] + high[i]) / 2),
+            (size[0], size[1], size[2]),
+            RigidTransform.from_components(middles[i], T_base_object.rotation),
         )
-        for i in range(len(low))
+        for i, size in enumerate(sizes)
     )
 
 
