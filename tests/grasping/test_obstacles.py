@@ -19,7 +19,8 @@ from planegrasp.grasping.obstacles import (
 from planegrasp.robot import CollisionChecker, ObjectBody, Obstacle, Robot, Scene
 
 AT = RigidTransform.from_translation
-CAMERA = PinholeCamera(320, 240, 262.5, 262.5, 159.5, 119.5)
+# A Kinect has edges of 3 px in images of this size.
+CAMERA = PinholeCamera(640, 480, 525.0, 525.0, 319.5, 239.5)
 # The camera looks along the base's x from a height of 1 m.
 T_BASE_CAMERA = RigidTransform.from_components(
     [0.0, 0.0, 1.0], Rotation.from_matrix([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])

@@ -91,17 +91,17 @@ def _blocks(filled: NDArray[np.bool_], owner: Cells, count: int) -> int:
     while free.any():
         first = np.array(np.unravel_index(int(np.argmax(free)), free.shape))
         low, high = first, first + 1
-        grows = True
-        while grows:
-            grows = False
-            for axis in range(3):
-                for end in (0, 1):
-                    grown = low.copy(), high.copy()
-                    grown[end][axis] += 2 * end - 1
-                    if grown[0][axis] < 0 or grown[1][axis] > free.shape[axis]:
-                        continue
-                    if free[_slices(*grown)].all():
-                        (low, high), grows = grown, True
+        # What stops a block on one side goes on stopping it as it grows on others.
+        sides = [(axis, end) for axis in range(3) for end in (0, 1)]
+        while sides:
+            for axis, end in tuple(sides):
+                grown = low.copy(), high.copy()
+                grown[end][axis] += 2 * end - 1
+                within = grown[0][axis] >= 0 and grown[1][axis] <= free.shape[axis]
+                if within and free[_slices(*grown)].all():
+                    low, high = grown
+                else:
+                    sides.remove((axis, end))
         owner[_slices(low, high)] = count
         free[_slices(low, high)] = False
         count += 1

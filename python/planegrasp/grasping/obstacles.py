@@ -70,7 +70,7 @@ class ObstacleConfig:
     margin: float = 0.006
     robot_margin: float = 0.03
     cell: float = 0.025
-    share: float = 0.05
+    share: float = 0.08
     fewest: int = 8
     thickness: float = 0.05
     most: int = 80

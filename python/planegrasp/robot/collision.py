@@ -180,7 +180,7 @@ class CollisionChecker:
         return None
 
     def _build(self) -> None:
-        self._model = build_collision_model(self.robot, self.scene, self.state, self.config.margin)
+        self._model = build_collision_model(self.robot, self.scene, self.config.margin)
         place_object(self._model, self.robot, self.scene, self.state)
         self._data = mujoco.MjData(self._model)
         self._data.qpos[:] = self.state.qpos

@@ -24,28 +24,24 @@ LYING, HELD = f"{PREFIX}lying {OBJECT}", f"{PREFIX}held {OBJECT}"
 _EVERYTHING = 0x7FFFFFFF
 
 
-def build_collision_model(
-    robot: Robot, scene: Scene, state: RobotState, margin: float
-) -> mujoco.MjModel:
+def build_collision_model(robot: Robot, scene: Scene, margin: float) -> mujoco.MjModel:
     """Compile the robot with boxes for the obstacles and, twice, for the object.
 
     The object is there as a body that lies (`LYING`) and as one that hangs on the gripper (`HELD`),
-    so that it can be taken without compiling again; `place_object` poses and enables them.
+    so that it can be taken without compiling again; `place_object` poses and enables them,
+    `place_obstacles` poses the others.
     Obstacles do not collide with each other, nor with what of the robot never moves.
 
     Obstacles and the lying object are larger by the margin on every side: of boxes that are closer
     than a margin of its own, MuJoCo misses some.
     """
     spec = robot.spec()
-    T_world_base = world_base(robot, state)
     for obstacle in scene.obstacles:
-        T_world_box = T_world_base * obstacle.T_base_box
-        _add_box(spec.worldbody, PREFIX + obstacle.name, obstacle.size, T_world_box, margin)
+        _add_box(spec.worldbody, PREFIX + obstacle.name, obstacle.size, margin)
     if scene.object is not None:
         gripper = robot.model.body(frames.body_of(robot.model, robot.gripper_frame)).name
-        nowhere = RigidTransform.identity()
-        _add_box(spec.worldbody, LYING, scene.object.size, nowhere, margin)
-        _add_box(spec.body(gripper), HELD, scene.object.size, nowhere, 0.0)
+        _add_box(spec.worldbody, LYING, scene.object.size, margin)
+        _add_box(spec.body(gripper), HELD, scene.object.size, 0.0)
     model = loading.compile_spec(spec, f"{robot.path} with the scene")
     model.geom_margin[:] = model.geom_gap[:] = 0.0
     return model
@@ -108,15 +104,9 @@ def _add_box(
     parent: mujoco.MjsBody,
     name: str,
     size: tuple[float, float, float],
-    T_parent_box: RigidTransform,
     margin: float,
 ) -> None:
-    body = parent.add_body(
-        name=name,
-        pos=T_parent_box.translation,
-        quat=T_parent_box.rotation.as_quat(scalar_first=True),
-    )
-    body.add_geom(
+    parent.add_body(name=name).add_geom(
         type=mujoco.mjtGeom.mjGEOM_BOX,
         size=np.array(size) / 2 + margin,
         mass=0.0,
