@@ -18,14 +18,14 @@ from planegrasp.errors import InvalidInputError
 from planegrasp.geometry import RigidTransform
 from planegrasp.grasping.target import MovingTarget
 from planegrasp.pose_filter import PoseFilterConfig
-from planegrasp.robot.collision import CollisionChecker
+from planegrasp.robot.collision import CollisionChecker, CollisionConfig
 from planegrasp.robot.kinematics import Kinematics
 from planegrasp.robot.path import Path
 from planegrasp.robot.scene import ObjectBody, Scene
 from planegrasp.robot.trajectory import time_parameterise
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     from numpy.typing import NDArray
 
@@ -57,6 +57,8 @@ class ExecutorConfig:
         rotation_tolerance: the same for its rotation [rad].
         lost_after: a moving object not seen for this long is lost [s].
         lost_sigma: so is one whose predicted position is more uncertain than this [m].
+        margin: kept from obstacles and the object in steps after a moving one [m]; less than what
+            was planned with, since its pose differs a little from frame to frame.
         blind: the last part of the way is done without seeing: the hand is in front [m].
         patience: for catching up with a moving object [s].
         closing: longest time to close [s].
@@ -74,6 +76,7 @@ class ExecutorConfig:
     rotation_tolerance: float = math.radians(3.0)
     lost_after: float = 0.7
     lost_sigma: float = 0.02
+    margin: float = 0.002
     blind: float = 0.03
     patience: float = 12.0
     closing: float = 2.0
@@ -140,6 +143,7 @@ class GraspExecutor:
         body: BoxBody,
         *,
         scene: Scene | None = None,
+        carried: Iterable[str] = (),
         eyes: Eyes | None = None,
         sighting: Sighting | None = None,
         notify: Callable[[str], None] | None = None,
@@ -151,6 +155,7 @@ class GraspExecutor:
             arm: that is driven.
             body: of the object.
             scene: obstacles, for the steps after a moving object.
+            carried: names of those that move along with it: the hand that holds it.
             eyes: that see a moving object; None for one that stands still.
             sighting: that the plan was made from; needed with eyes.
             notify: called after each stage with its name: "moved", "reached", "closed", "lifted",
@@ -165,7 +170,9 @@ class GraspExecutor:
             if sighting is None:
                 raise InvalidInputError("a moving object needs the sighting that the plan is from")
             target = MovingTarget(sighting, self.config.motion)
-        way = _Way(self, plan, arm, body, scene=scene or Scene(), eyes=eyes, target=target)
+        way = _Way(
+            self, plan, arm, body, scene=scene or Scene(), carried=carried, eyes=eyes, target=target
+        )
         notify = notify or (lambda stage: None)
         try:
             way.move()
@@ -194,6 +201,7 @@ class _Way:
         body: BoxBody,
         *,
         scene: Scene,
+        carried: Iterable[str],
         eyes: Eyes | None,
         target: MovingTarget | None,
     ) -> None:
@@ -202,8 +210,13 @@ class _Way:
         self._body = ObjectBody(body.size, plan.T_base_object, None, body.centre)
         self._kinematics = Kinematics(self._robot, arm.state)
         self._checker = CollisionChecker(
-            self._robot, scene.with_object(self._body), state=arm.state
+            self._robot,
+            scene.with_object(self._body),
+            state=arm.state,
+            config=CollisionConfig(margin=self._config.margin),
         )
+        self._carried = frozenset(carried)
+        scene.check_names(self._carried)
         # Where the arm was told to be last; what the gripper moved along since the free path.
         self._q = self._robot.arm(arm.state)
         self._reached: list[Float64Array] = []
@@ -321,6 +334,8 @@ class _Way:
 
     def _check(self, q: Float64Array, T_base_object: RigidTransform) -> None:
         self._checker.set_object(self._body.lying(T_base_object))
+        moved = T_base_object * self._plan.T_base_object.inv()
+        self._checker.move_obstacles(self._carried, moved)
         contact = self._checker.check(
             q, self._plan.opening, allowed=self._checker.fingers_on_object
         )
