@@ -79,4 +79,4 @@ def closing_sigma(grasp: CanonicalGrasp, covariance: Float64Array) -> float:
 
 def _largest_sigma(covariance: Float64Array) -> float:
     values = np.linalg.eigvalsh(covariance)
-    return math.sqrt(float(values[-1])) if values[-1] > 0 else math.nan
+    return math.sqrt(float(values[-1])) if values[-1] >= 0 else math.nan

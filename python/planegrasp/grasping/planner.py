@@ -243,7 +243,6 @@ class _Attempt:
     ) -> None:
         self._config = config
         self._start = robot.arm(start)
-        self._opening = robot.opening(start)
         self._kinematics = Kinematics(robot, start, config.inverse)
         self._checker = CollisionChecker(robot, scene, state=start)
         self._lying = scene.object
