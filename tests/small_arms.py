@@ -100,10 +100,11 @@ def seven_dof_urdf(*, fingers: bool = False) -> str:
             velocity=velocity,
         )
         parent = f"l{index}"
-    tool = """
+    reach = 0.2 if fingers else 0.1
+    tool = f"""
   <link name="tool"/>
   <joint name="mount" type="fixed"><parent link="l7"/><child link="tool"/>
-    <origin xyz="{0} 0 0" rpy="0.2 0.3 -0.4"/></joint>""".format(0.2 if fingers else 0.1)
+    <origin xyz="{reach} 0 0" rpy="0.2 0.3 -0.4"/></joint>"""
     if fingers:
         tool += _FINGER.format(name="left", side="") + _FINGER.format(name="right", side="-")
     return f'<robot name="seven">{text}{tool}</robot>'

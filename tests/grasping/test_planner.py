@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from plans import COVARIANCE, detection_of, grasps_of, with_grasps
+from plans import detection_of, grasps_of, with_grasps
 from small_arms import SIX_DOF_MJCF, seven_dof_urdf
 
 from planegrasp.body import BoxBody
@@ -178,7 +178,7 @@ def test_what_is_in_the_way_is_named(pr2, carton_model, before_pr2, side_plan):
     assert text.startswith("in collision: ")
     assert "shelf" in text
     # Only lifting brings the box to a lid above it.
-    above = before_pr2.apply([0.0, 0.105, 0.0]) + [0.0, 0.0, 0.08]
+    above = before_pr2.apply([0.0, 0.105, 0.0]) + np.array([0.0, 0.0, 0.08])
     lid = Obstacle("lid", (0.02, 0.02, 0.02), RigidTransform.from_translation(above))
     text = reason(pr2, model, before_pr2, scene=Scene((lid,)))
     assert text.startswith("it cannot be lifted by 0.12 m: ")
@@ -219,27 +219,25 @@ def test_two_grasps_of_one_name_are_an_error(pr2, carton_model, before_pr2):
 
 
 @pytest.mark.parametrize(
-    ("covariance", "pose", "message"),
+    ("pose", "message"),
     [
-        (COVARIANCE, {"depth_pixels": 0}, "no depth was measured on the object"),
-        (COVARIANCE, {"ambiguous": True}, "the pose is ambiguous"),
-        (None, {}, "the pose has no covariance"),
+        ({"depth_pixels": 0}, "no depth was measured on the object"),
+        ({"ambiguous": True}, "the pose is ambiguous"),
+        ({"covariance": None}, "the pose has no covariance"),
         (
-            np.diag([1e-6, 0.03**2, 1e-6, 1e-6, 1e-6, 1e-6]),
-            {},
+            {"covariance": np.diag([1e-6, 0.03**2, 1e-6, 1e-6, 1e-6, 1e-6])},
             "the position is uncertain by 30.0 mm (one sigma), at most 20.0 mm are accepted",
         ),
         (
-            np.diag([1e-6, 1e-6, 1e-6, 1e-6, 1e-6, np.radians(5) ** 2]),
-            {},
+            {"covariance": np.diag([1e-6, 1e-6, 1e-6, 1e-6, 1e-6, np.radians(5) ** 2])},
             "the rotation is uncertain by 5.0° (one sigma), at most 3.0° are accepted",
         ),
-        (np.full((6, 6), -1.0), {}, "the position is uncertain by"),
+        ({"covariance": np.full((6, 6), -1.0)}, "the position is uncertain by"),
     ],
 )
-def test_a_doubtful_pose_is_refused(pr2, carton_model, before_pr2, covariance, pose, message):
+def test_a_doubtful_pose_is_refused(pr2, carton_model, before_pr2, pose, message):
     T_base_camera = pr2.T_base_camera(pr2.home)
-    seen = detection_of(carton_model, T_base_camera.inv() * before_pr2, covariance, **pose)
+    seen = detection_of(carton_model, T_base_camera.inv() * before_pr2, **pose)
     refusal = GraspPlanner(pr2).plan(seen, T_base_camera)
     assert not refusal
     assert message in refusal.reason

@@ -12,6 +12,7 @@ from planegrasp.robot import Kinematics, Robot
 if TYPE_CHECKING:
     from pathlib import Path
 
+
 @pytest.fixture(scope="session")
 def pr2() -> Robot:
     return Robot.pr2()

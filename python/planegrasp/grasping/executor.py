@@ -3,8 +3,9 @@
 An object that stands still is reached along the planned paths, each point of which was checked. One
 that moves is followed: the planned motion leads to where its pre-grasp was, from there the
 gripper is servoed to where the object is by now, a little nearer in every period. Each step of both
-is checked for collisions with the object where it is by then. Whatever goes wrong, the arm stops,
-opens the gripper and goes back the way it came.
+is checked for collisions with the object where it is by then: the planned motion ends before it,
+the servo stops. Whatever goes wrong, the arm stops, opens the gripper and goes back the way it
+came.
 """
 
 from __future__ import annotations

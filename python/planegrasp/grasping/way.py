@@ -17,7 +17,7 @@ from planegrasp.robot.trajectory import Trajectory, time_parameterise
 from planegrasp.robot.wrapping import nearest_turn
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
 
     from numpy.typing import NDArray
 
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from planegrasp.grasping.interfaces import Arm, Eyes
     from planegrasp.grasping.plan import GraspPlan
     from planegrasp.grasping.target import MovingTarget
+    from planegrasp.robot.collision import Contact
     from planegrasp.robot.model import Robot
 
     Float64Array = NDArray[np.float64]
@@ -81,9 +82,12 @@ class Way:
         return np.abs(self._trail[0] - self._plan.move.start)
 
     def move(self) -> None:
-        """Through free space to the pre-grasp, with the gripper open."""
+        """Through free space to the pre-grasp, with the gripper open.
+
+        Where an object has moved into the way, `reach` goes on from before it.
+        """
         self._arm.grip(self._plan.opening, self._plan.force)
-        self._follow(self._plan.move, check=self._target is not None)
+        self._follow(self._plan.move, is_free=self._is_free)
 
     def reach(self) -> None:
         """Straight to the grasp; to wherever it is by then."""
@@ -152,13 +156,19 @@ class Way:
         self._q = self._measured()
         self._arm.move(self._q)
 
-    def _follow(self, path: Path, *, fastest: float = math.inf, check: bool = False) -> None:
+    def _follow(
+        self,
+        path: Path,
+        *,
+        fastest: float = math.inf,
+        is_free: Callable[[Float64Array], bool] = lambda q: True,
+    ) -> None:
         """Along a path, from rest to rest.
 
         Args:
             path: from where the arm is.
             fastest: of the gripper [m/s].
-            check: whether the object, which moves, is in the way.
+            is_free: where it says no, the path ends.
         """
         config = self._config
         trajectory = time_parameterise(
@@ -171,8 +181,8 @@ class Way:
         # By counted periods: if the arm's clock leaps, the arm does not leap after it.
         for step in range(1, steps + 1):
             q = trajectory.sample(step * config.period / slower)
-            if check and self._target is not None:
-                self._check(q, self._target.at(self._arm.time + config.lead))
+            if not is_free(q):
+                return
             self._drive(q)
 
     def _gripper_speed(self, trajectory: Trajectory) -> float:
@@ -193,9 +203,12 @@ class Way:
         T_base_object = target.at(self._arm.time + config.lead)
         back = RigidTransform.from_translation(-standoff * np.asarray(self._plan.grasp.approach))
         goal = self._plan.grasp.adapt(T_base_object) * back
+        # Beside their line, the fingers would push the object.
+        allowed = self._checker.fingers_on_object if self._missed(goal) < _JUMPED else frozenset()
         q = self._kinematics.step(self._q, goal, config.period, self._speeds)
-        if check:
-            self._check(q, T_base_object, self._checker.fingers_on_object)
+        contact = self._contact(q, T_base_object, allowed) if check else None
+        if contact is not None:
+            raise StoppedError("blocked", f"on the way to the object {contact}")
         self._drive(q)
         return self._missed(goal)
 
@@ -229,13 +242,17 @@ class Way:
             float(missed.rotation.magnitude()) / self._config.rotation_tolerance,
         )
 
-    def _check(
+    def _is_free(self, q: Float64Array) -> bool:
+        """Whether an object that moves is not in the way by now."""
+        if self._target is None:
+            return True
+        return self._contact(q, self._target.at(self._arm.time + self._config.lead)) is None
+
+    def _contact(
         self, q: Float64Array, T_base_object: RigidTransform, allowed: Iterable[frozenset[str]] = ()
-    ) -> None:
+    ) -> Contact | None:
         self._checker.set_object(self._body.lying(T_base_object))
-        contact = self._checker.check(q, self._plan.opening, allowed=allowed)
-        if contact is not None:
-            raise StoppedError("blocked", f"on the way to the object {contact}")
+        return self._checker.check(q, self._plan.opening, allowed=allowed)
 
     def _check_in_sight(self) -> None:
         target, config = self._target, self._config
