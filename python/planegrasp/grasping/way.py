@@ -203,12 +203,9 @@ class Way:
         T_base_object = target.at(self._arm.time + config.lead)
         back = RigidTransform.from_translation(-standoff * np.asarray(self._plan.grasp.approach))
         goal = self._plan.grasp.adapt(T_base_object) * back
-        # Beside their line, the fingers would push the object.
-        allowed = self._checker.fingers_on_object if self._missed(goal) < _JUMPED else frozenset()
         q = self._kinematics.step(self._q, goal, config.period, self._speeds)
-        contact = self._contact(q, T_base_object, allowed) if check else None
-        if contact is not None:
-            raise StoppedError("blocked", f"on the way to the object {contact}")
+        if check:
+            self._check(q, T_base_object, beside=self._missed(goal) > _JUMPED)
         self._drive(q)
         return self._missed(goal)
 
@@ -241,6 +238,18 @@ class Way:
             float(np.linalg.norm(missed.translation)) / self._config.position_tolerance,
             float(missed.rotation.magnitude()) / self._config.rotation_tolerance,
         )
+
+    def _check(self, q: Float64Array, T_base_object: RigidTransform, *, beside: bool) -> None:
+        """Stop before something that is in the way; a gripper beside its line, before the object.
+
+        On its line it has the object between its fingers, and needs no margin from it.
+        """
+        contact = self._contact(q, T_base_object, self._checker.fingers_on_object)
+        if contact is None and beside:
+            contact = self._contact(q, T_base_object)
+            contact = contact if contact is not None and contact.depth > 0 else None
+        if contact is not None:
+            raise StoppedError("blocked", f"on the way to the object {contact}")
 
     def _is_free(self, q: Float64Array) -> bool:
         """Whether an object that moves is not in the way by now."""
