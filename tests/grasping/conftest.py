@@ -6,8 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from plans import grasps_of, plan_for
+from plans import grasps_of, plan_for, with_grasps
+from small_arms import SIX_DOF_MJCF, seven_dof_urdf
 
+from planegrasp.body import BoxBody
+from planegrasp.objects import ObjectModel
 from planegrasp.robot import Robot
 from planegrasp.simulation.experiment import facing
 from planegrasp.simulation.objects import cracker_box
@@ -35,3 +38,23 @@ def before_pr2(pr2):
 def side_plan(pr2, carton_model, before_pr2):
     """A plan to take the box by its right side."""
     return plan_for(pr2, carton_model, "side", before_pr2)
+
+
+@pytest.fixture(params=["six.xml", "seven.urdf"])
+def other_robot(request, tmp_path):
+    path = tmp_path / request.param
+    if path.suffix == ".xml":
+        path.write_text(SIX_DOF_MJCF)
+        return Robot.from_file(path, gripper_frame="tool", finger_joints=("jaw",))
+    path.write_text(seven_dof_urdf(fingers=True))
+    fingers = ("left", "right")
+    return Robot.from_file(path, gripper_frame="tool", base_frame="base", finger_joints=fingers)
+
+
+@pytest.fixture
+def card(photo):
+    """A thin thing with a grasp at its side that small grippers can do."""
+    body = BoxBody((0.12, 0.16, 0.02))
+    model = ObjectModel.from_image("card", photo("coffee", width=160), width=0.12)
+    model = replace(model, body=body, grasps=grasps_of(body, opening=0.05))
+    return with_grasps(model, "side")

@@ -32,3 +32,10 @@ def plan_for(robot, model, name, T_base_object, **arguments):
     plan = GraspPlanner(robot).plan_at(with_grasps(model, name), T_base_object, **arguments)
     assert plan, plan.reasons
     return plan
+
+
+def within_reach(robot, model):
+    """T_base_object at which a posture near the arm's home holds it by its first grasp."""
+    q = robot.arm(robot.home) + np.array([0.3, 0.2, 0.4, 0.3, 0.5, 0.2, 0.2])[: robot.n]
+    T_base_gripper = robot.T_base_gripper(robot.with_arm(robot.home, q))
+    return T_base_gripper * model.grasps[0].T_object_gripper.inv()

@@ -5,11 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from ideal_arm import IdealArm, ScriptedEyes, constant_velocity
+from plans import within_reach
 from small_arms import seven_dof_urdf
 
 from planegrasp.errors import InvalidInputError, RobotError
 from planegrasp.geometry import RigidTransform, rotation_angle
 from planegrasp.grasping.executor import ExecutorConfig, GraspExecutor
+from planegrasp.grasping.planner import GraspPlanner, PlannerConfig
 from planegrasp.robot import Robot
 from planegrasp.robot.collision import CollisionChecker
 from planegrasp.robot.path import Path
@@ -103,6 +105,20 @@ def test_an_object_that_stands_still_is_held(pr2, side_plan, body):
     run.check_speeds()
     # The fingers have pressed for the time that was asked for.
     assert run.at["closed"][1] - run.at["reached"][1] == pytest.approx(CONFIG.settle, abs=0.021)
+
+
+@pytest.mark.parametrize("moving", [False, True])
+def test_any_robot_grasps(other_robot, card, moving):
+    planner = GraspPlanner(other_robot, PlannerConfig(lift=0.05))
+    plan = planner.plan_at(card, within_reach(other_robot, card))
+    velocity = np.array([0.0, 0.005, 0.0]) * moving
+    run = Run(other_robot, plan, constant_velocity(plan.T_base_object, velocity))
+    execution = run(card.outer_body, blind_from=np.inf if moving else None)
+    assert execution.is_held, execution
+    run.check_speeds()
+    _, time, T_base_gripper = run.at["closed"]
+    wanted = plan.grasp.adapt(run.motion(time))
+    assert np.linalg.norm(T_base_gripper.translation - wanted.translation) < 0.002
 
 
 def test_it_is_lifted_as_fast_as_asked_for(pr2, side_plan, body):

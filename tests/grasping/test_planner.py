@@ -4,16 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from plans import detection_of, grasps_of, with_grasps
-from small_arms import SIX_DOF_MJCF, seven_dof_urdf
+from plans import detection_of, grasps_of, with_grasps, within_reach
+from small_arms import seven_dof_urdf
 
-from planegrasp.body import BoxBody
 from planegrasp.detection import Detection
 from planegrasp.errors import GraspError, InvalidInputError
 from planegrasp.geometry import RigidTransform, Rotation, euler_from_rotation, rotation_angle
 from planegrasp.grasping import CanonicalGrasp
 from planegrasp.grasping.planner import GraspPlanner, PlannerConfig
-from planegrasp.objects import ObjectModel
 from planegrasp.robot import Robot
 from planegrasp.robot.collision import CollisionChecker
 from planegrasp.robot.scene import ObjectBody, Obstacle, Scene
@@ -284,32 +282,14 @@ def test_a_robot_without_gripper_cannot_plan(tmp_path):
         GraspPlanner(robot)
 
 
-@pytest.fixture(params=["six.xml", "seven.urdf"])
-def other_robot(request, tmp_path):
-    path = tmp_path / request.param
-    if path.suffix == ".xml":
-        path.write_text(SIX_DOF_MJCF)
-        return Robot.from_file(path, gripper_frame="tool", finger_joints=("jaw",))
-    path.write_text(seven_dof_urdf(fingers=True))
-    fingers = ("left", "right")
-    return Robot.from_file(path, gripper_frame="tool", base_frame="base", finger_joints=fingers)
-
-
-def test_any_robot_plans(other_robot, photo):
-    robot = other_robot
-    body = BoxBody((0.12, 0.16, 0.02))
-    grasps = grasps_of(body, opening=0.05)
-    model = ObjectModel.from_image("card", photo("coffee", width=160), width=0.12)
-    model = replace(model, body=body, grasps=grasps)
-    # Where some posture in the middle of the joints' ranges holds it by its right side.
-    q = robot.arm(robot.home) + np.array([0.3, 0.2, 0.4, 0.3, 0.5, 0.2, 0.2])[: robot.n]
-    T_base_object = gripper_at(robot, q) * grasps[0].T_object_gripper.inv()
-    model = with_grasps(model, "side")
-    plan = GraspPlanner(robot, PlannerConfig(lift=0.05)).plan_at(model, T_base_object)
+def test_any_robot_plans(other_robot, card):
+    plan_config = PlannerConfig(lift=0.05)
+    T_base_object = within_reach(other_robot, card)
+    plan = GraspPlanner(other_robot, plan_config).plan_at(card, T_base_object)
     assert plan, plan.reasons
-    check_paths(robot, plan, lift=0.05)
+    check_paths(other_robot, plan, lift=0.05)
     far = RigidTransform.from_translation([0.0, 0.0, 3.0]) * T_base_object
-    assert "outside the workspace" in reason(robot, model, far)
+    assert "outside the workspace" in reason(other_robot, card, far)
 
 
 def test_a_grasp_is_only_as_good_as_its_approach(pr2, carton_model, before_pr2):
