@@ -228,7 +228,7 @@ def test_an_obstacle_in_the_way_of_a_moving_object_stops_the_arm(pr2, side_plan,
 def test_the_planned_motion_ends_before_an_object_that_moved_into_it(pr2, side_plan, body):
     # Towards where the gripper's way ends, while the arm is on it.
     way = side_plan.T_base_pregrasp.translation - side_plan.T_base_gripper.translation
-    run = Run(pr2, side_plan, constant_velocity(side_plan.T_base_object, 0.3 * way))
+    run = Run(pr2, side_plan, constant_velocity(side_plan.T_base_object, 0.4 * way))
     checker = CollisionChecker(pr2, Scene(object=ObjectBody(body.size, side_plan.T_base_object)))
     in_contact = []
     drive = run.arm.advance

@@ -105,3 +105,29 @@ def test_a_tripod_does_not_move(gripper, box):
 def test_impossible_hands_are_refused(settings, message):
     with pytest.raises(InvalidInputError, match=message):
         Hand(**settings)
+
+
+@pytest.mark.parametrize("angles", [(0.0, 0.0, 0.0), (-1.2, 0.4, 0.7), (-0.4, -0.3, 2.0)])
+def test_a_tripod_lies_within_its_boxes_and_they_are_tight(gripper, box, angles):
+    T = RigidTransform.from_components(
+        [0.3, -0.4, 0.9],
+        BEFORE_PR2.rotation * Rotation.from_euler("xyz", angles),
+    )
+    tripod = Tripod()
+    world = World(gripper, box, T, tripod)
+    model, data = world.model, world.data
+    boxes = tripod.obstacles(T, box.outer_body, world.config.floor_height)
+    names = [name for i in range(model.ngeom) if "support" in (name := model.geom(i).name)]
+    assert {b.name for b in boxes} == {name.replace("support:", "tripod-") for name in names}
+    for obstacle in boxes:
+        geom = model.geom(obstacle.name.replace("tripod-", "support:")).id
+        # MuJoCo's own box around the geom: 8 corners, in the world, which is this robot's base.
+        centre, half = np.split(model.geom_aabb[geom], 2)
+        signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+        corners = (centre + signs * half) @ data.geom_xmat[geom].reshape(3, 3).T
+        local = obstacle.T_base_box.inv().apply(corners + data.geom_xpos[geom])
+        # Rods are round: their boxes may be turned about them.
+        along = np.abs(local[:, 2]) - obstacle.size[2] / 2
+        across = np.linalg.norm(local[:, :2], axis=1) - np.linalg.norm(obstacle.size[:2]) / 2
+        assert along == pytest.approx(0.0, abs=1e-6)
+        assert across == pytest.approx(0.0, abs=1e-6)

@@ -23,7 +23,7 @@ from planegrasp.pose_filter import PoseFilterConfig
 from planegrasp.robot.scene import Scene
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     from planegrasp.body import BoxBody
     from planegrasp.grasping.interfaces import Arm, Eyes, Sighting
@@ -54,6 +54,8 @@ class ExecutorConfig:
         rotation_tolerance: the same for its rotation [rad].
         lost_after: a moving object not seen for this long is lost [s].
         lost_sigma: so is one whose predicted position is more uncertain than this [m].
+        margin: kept from obstacles and the object in steps after a moving one [m]; less than what
+            was planned with, since its pose differs a little from frame to frame.
         blind: the last part of the way is done without seeing: the hand is in front [m].
         patience: for catching up with a moving object [s].
         closing: longest time to close [s].
@@ -72,6 +74,7 @@ class ExecutorConfig:
     rotation_tolerance: float = math.radians(3.0)
     lost_after: float = 0.7
     lost_sigma: float = 0.02
+    margin: float = 0.002
     blind: float = 0.03
     patience: float = 12.0
     closing: float = 2.0
@@ -138,6 +141,7 @@ class GraspExecutor:
         body: BoxBody,
         *,
         scene: Scene | None = None,
+        carried: Iterable[str] = (),
         eyes: Eyes | None = None,
         sighting: Sighting | None = None,
         notify: Callable[[str], None] | None = None,
@@ -149,6 +153,7 @@ class GraspExecutor:
             arm: that is driven.
             body: of the object.
             scene: obstacles, for the steps after a moving object.
+            carried: names of those that move along with it: the hand that holds it.
             eyes: that see a moving object; None for one that stands still.
             sighting: that the plan was made from; needed with eyes.
             notify: called after each stage with its name: "moved", "reached", "closed", "lifted",
@@ -174,6 +179,7 @@ class GraspExecutor:
             arm,
             body,
             scene=scene or Scene(),
+            carried=carried,
             eyes=eyes,
             target=target,
         )

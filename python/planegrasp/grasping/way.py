@@ -9,7 +9,7 @@ import numpy as np
 
 from planegrasp.errors import RobotError
 from planegrasp.geometry import RigidTransform
-from planegrasp.robot.collision import CollisionChecker
+from planegrasp.robot.collision import CollisionChecker, CollisionConfig
 from planegrasp.robot.kinematics import Kinematics
 from planegrasp.robot.path import Path
 from planegrasp.robot.scene import ObjectBody, Scene
@@ -64,6 +64,7 @@ class Way:
         body: BoxBody,
         *,
         scene: Scene,
+        carried: Iterable[str],
         eyes: Eyes | None,
         target: MovingTarget | None,
     ) -> None:
@@ -71,7 +72,9 @@ class Way:
         self._plan, self._arm, self._eyes, self._target = plan, arm, eyes, target
         self._body = ObjectBody(body.size, plan.T_base_object, None, body.centre)
         self._kinematics = Kinematics(robot, arm.state)
-        self._checker = CollisionChecker(robot, scene.with_object(self._body), state=arm.state)
+        self._scene, self._carried = scene, frozenset(carried)
+        scene.check_names(self._carried)
+        self._checker = self._checks(scene.with_object(self._body))
         self._stood = 0.0
         # Where the arm was told to be last, and where it has been.
         self._q = plan.move.start
@@ -151,6 +154,10 @@ class Way:
             self._stay()
             raise
 
+    def _checks(self, scene: Scene) -> CollisionChecker:
+        margin = CollisionConfig(margin=self._config.margin)
+        return CollisionChecker(self._robot, scene, state=self._arm.state, config=margin)
+
     def _stay(self) -> None:
         """Where the arm is, wherever it was told to be."""
         self._q = self._measured()
@@ -214,13 +221,16 @@ class Way:
         config, lift = self._config, self._plan.lift
         ends = [self._kinematics.forward(q).translation[2] for q in (lift.start, lift.end)]
         height = ends[1] - ends[0]
-        self._checker.set_object(self._body.held(self._plan.grasp.T_object_gripper.inv()))
+        # What held it lets go, and goes away.
+        left = tuple(o for o in self._scene.obstacles if o.name not in self._carried)
+        held = self._body.held(self._plan.grasp.T_object_gripper.inv())
+        checker = self._checks(Scene(left, held))
         T = goal = self._kinematics.forward(self._q)
         steps = max(1, math.ceil(height / (config.lift_speed * config.period)))
         for i in range(1, steps + 1):
             goal = RigidTransform.from_translation([0.0, 0.0, height * i / steps]) * T
             q = self._kinematics.step(self._q, goal, config.period, self._speeds)
-            contact = self._checker.check(q, self._plan.opening)
+            contact = checker.check(q, self._plan.opening)
             if contact is not None:
                 raise StoppedError("blocked", f"while it was lifted, {contact}")
             self._drive(q)
@@ -261,6 +271,8 @@ class Way:
         self, q: Float64Array, T_base_object: RigidTransform, allowed: Iterable[frozenset[str]] = ()
     ) -> Contact | None:
         self._checker.set_object(self._body.lying(T_base_object))
+        moved = T_base_object * self._plan.T_base_object.inv()
+        self._checker.move_obstacles(self._carried, moved)
         return self._checker.check(q, self._plan.opening, allowed=allowed)
 
     def _check_in_sight(self) -> None:

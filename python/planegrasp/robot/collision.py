@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from planegrasp.errors import InvalidInputError
+from planegrasp.geometry import RigidTransform
 from planegrasp.robot.collision_model import (
     HELD,
     LYING,
@@ -16,6 +17,8 @@ from planegrasp.robot.collision_model import (
     body_names,
     build_collision_model,
     place_object,
+    place_obstacles,
+    world_base,
 )
 from planegrasp.robot.scene import OBJECT, ObjectBody, Scene
 
@@ -100,6 +103,8 @@ class CollisionChecker:
         bodies = body_names(robot.model)
         self.fingers = frozenset(bodies[int(robot.model.joint(j).bodyid[0])] for j in joints)
         self.fingers_on_object = frozenset(frozenset((finger, OBJECT)) for finger in self.fingers)
+        self._T_world_base = world_base(robot, self.state)
+        self._moved = frozenset[str](), RigidTransform.identity()
         self._build()
         self._never = frozenset(frozenset((a, b)) for a in self.fingers for b in self.fingers)
         self._never |= self._touching_at_home()
@@ -118,6 +123,22 @@ class CollisionChecker:
             place_object(self._model, self.robot, self.scene, self.state)
         else:
             self._build()
+
+    def move_obstacles(self, names: Iterable[str], T_base: RigidTransform) -> None:
+        """Put obstacles elsewhere, all others where the scene has them; nothing is compiled anew.
+
+        Args:
+            names: of the obstacles that move.
+            T_base: that takes points of them, in the base frame, from where the scene has them to
+                where they are.
+
+        Raises:
+            InvalidInputError: for obstacles that the scene does not have.
+        """
+        moved = frozenset(names)
+        self.scene.check_names(moved)
+        self._moved = moved, T_base
+        self._place_obstacles()
 
     def check(
         self, q: ArrayLike, opening: float | None = None, *, allowed: Iterable[Pair] = ()
@@ -159,10 +180,11 @@ class CollisionChecker:
         return None
 
     def _build(self) -> None:
-        self._model = build_collision_model(self.robot, self.scene, self.state, self.config.margin)
+        self._model = build_collision_model(self.robot, self.scene, self.config.margin)
         place_object(self._model, self.robot, self.scene, self.state)
         self._data = mujoco.MjData(self._model)
         self._data.qpos[:] = self.state.qpos
+        self._place_obstacles()
         bodies = body_names(self._model)
         owners = [bodies[body] for body in self._model.geom_bodyid]
         # The robot is named before what it holds, and that before obstacles; outer links first.
@@ -177,6 +199,13 @@ class CollisionChecker:
         self._arm = address[[self._model.joint(name).id for name in self.robot.arm_joints]]
         self._finger_joints = address[np.array([self._model.joint(j).id for j in fingers], int)]
         self._fingers_in_state = self.state.qpos[self._finger_joints]
+
+    def _place_obstacles(self) -> None:
+        names, T_base = self._moved
+        moved = [box for box in self.scene.obstacles if box.name in names]
+        others = [box for box in self.scene.obstacles if box.name not in names]
+        place_obstacles(self._model, moved, self._T_world_base * T_base)
+        place_obstacles(self._model, others, self._T_world_base)
 
     def _touching_at_home(self) -> frozenset[Pair]:
         data = mujoco.MjData(self.robot.model)

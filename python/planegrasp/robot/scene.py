@@ -9,6 +9,8 @@ from planegrasp.checks import check_length
 from planegrasp.errors import InvalidInputError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from planegrasp.geometry import RigidTransform
 
 OBJECT = "object"
@@ -86,16 +88,22 @@ class Scene:
         names = [obstacle.name for obstacle in self.obstacles]
         if len(set(names)) != len(names):
             raise InvalidInputError(f"obstacles need different names, got {', '.join(names)}")
-        unknown = (self.object.supports if self.object else frozenset()) - set(names)
+        if self.object is not None:
+            self.check_names(self.object.supports)
+
+    def with_object(self, body: ObjectBody | None) -> Scene:
+        """The same obstacles with another object, or none."""
+        return replace(self, object=body)
+
+    def check_names(self, wanted: Iterable[str]) -> None:
+        """Refuse, with an InvalidInputError, names that no obstacle has."""
+        names = [obstacle.name for obstacle in self.obstacles]
+        unknown = set(wanted) - set(names)
         if unknown:
             raise InvalidInputError(
                 f"no obstacle is called {', '.join(sorted(unknown))}; there are: "
                 f"{', '.join(names) or 'none'}"
             )
-
-    def with_object(self, body: ObjectBody | None) -> Scene:
-        """The same obstacles with another object, or none."""
-        return replace(self, object=body)
 
 
 def _checked_size(size: tuple[float, float, float], name: str) -> tuple[float, float, float]:

@@ -12,10 +12,10 @@ from planegrasp.detector import Detector
 from planegrasp.geometry import PinholeCamera, RigidTransform, Rotation
 from planegrasp.grasping.executor import GraspExecutor
 from planegrasp.grasping.planner import GraspPlanner
-from planegrasp.robot.scene import Scene
 from planegrasp.simulation.driver import SimulatedArm, SimulatedEyes
 from planegrasp.simulation.hand_motion import HandMotion
 from planegrasp.simulation.supports import Hand, Tripod
+from planegrasp.simulation.surroundings import surroundings
 from planegrasp.simulation.trial import Trial, TrialConfig, run_trial
 from planegrasp.simulation.world import World, WorldConfig
 
@@ -146,7 +146,7 @@ class Experiment:
             eyes,
             self.planner,
             self.executor,
-            lambda T_base_object: (Scene(), ()),
+            lambda T_base_object: surroundings(world, eyes, T_base_object),
             moving=moving,
             config=config,
             show=None if show is None else lambda stage: show(stage, arm, eyes),

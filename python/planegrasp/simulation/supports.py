@@ -10,6 +10,7 @@ import numpy as np
 
 from planegrasp.errors import InvalidInputError
 from planegrasp.geometry import RigidTransform, Rotation
+from planegrasp.robot.scene import Obstacle
 from planegrasp.simulation._dependencies import mujoco
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     Float64Array = NDArray[np.float64]
 
 SUPPORT = "support"
+_PLATE_THICKNESS = 0.008
 _STEEL = (0.22, 0.22, 0.24, 1.0)
 _SKIN = (0.80, 0.60, 0.48, 1.0)
 _SLEEVE = (0.25, 0.33, 0.50, 1.0)
@@ -67,6 +69,39 @@ class Tripod:
             floor: height of the floor [m].
         """
         tripod = spec.worldbody.add_body(name=SUPPORT)
+        plate, rods = self._parts(T_world_object, body, floor)
+        _box(tripod, "plate", plate, (self.plate, self.plate, _PLATE_THICKNESS))
+        for name, ends, radius in rods:
+            _capsule(tripod, name, ends, radius, _STEEL)
+
+    def obstacles(
+        self, T_base_object: RigidTransform, body: BoxBody, floor: float
+    ) -> tuple[Obstacle, ...]:
+        """What a laboratory knows of its own tripod, where it sees the object.
+
+        Args:
+            T_base_object: pose of the object, as estimated; the base is upright.
+            body: of the object.
+            floor: height of the floor in the base frame [m].
+
+        Returns:
+            Boxes around the tripod's plate, neck, pole and legs, in the base frame.
+        """
+        plate, rods = self._parts(T_base_object, body, floor)
+        boxes = [Obstacle("tripod-plate", (self.plate, self.plate, _PLATE_THICKNESS), plate)]
+        for name, (start, end), radius in rods:
+            along = end - start
+            length = float(np.linalg.norm(along))
+            turn = Rotation.align_vectors(along / length, [0.0, 0.0, 1.0])[0]
+            pose = RigidTransform.from_components((start + end) / 2, turn)
+            size = (2 * radius, 2 * radius, length + 2 * radius)
+            boxes.append(Obstacle(f"tripod-{name}", size, pose))
+        return tuple(boxes)
+
+    def _parts(
+        self, T_world_object: RigidTransform, body: BoxBody, floor: float
+    ) -> tuple[RigidTransform, list[tuple[str, tuple[Float64Array, Float64Array], float]]]:
+        """Pose of the plate; names, ends and radii of the rods; in a frame with z up."""
         down = T_world_object.rotation.inv().apply([0.0, 0.0, -1.0])[:2]
         half = np.array(body.size) / 2
         reach = np.linalg.norm(down)
@@ -76,18 +111,19 @@ class Tripod:
             to_edge = np.min(half[:2] / np.maximum(np.abs(down / reach), 1e-9))
             offset = self.lowered * to_edge * down / reach
         back = np.array([*offset, -half[2]]) + body.centre
-        thickness = 0.008
-        plate = T_world_object * RigidTransform.from_translation(back - (0, 0, thickness / 2))
-        _box(tripod, "plate", plate, (self.plate, self.plate, thickness))
+        shift = RigidTransform.from_translation(back - (0.0, 0.0, _PLATE_THICKNESS / 2))
         neck = T_world_object.apply(back - np.array([0.0, 0.0, self.gap]))
-        _capsule(tripod, "neck", (T_world_object.apply(back), neck), self.pole_radius, _STEEL)
         foot = np.array([neck[0], neck[1], floor])
-        _capsule(tripod, "pole", (neck, foot), self.pole_radius, _STEEL)
+        rods = [
+            ("neck", (T_world_object.apply(back), neck), self.pole_radius),
+            ("pole", (neck, foot), self.pole_radius),
+        ]
         for i in range(3):
             angle = 2 * np.pi * i / 3
             spread = 0.18 * np.array([np.cos(angle), np.sin(angle), 0.0])
             ends = (foot + np.array([0.0, 0.0, 0.15]), foot + spread)
-            _capsule(tripod, f"leg-{i}", ends, 0.007, _STEEL)
+            rods.append((f"leg-{i}", ends, 0.007))
+        return T_world_object * shift, rods
 
 
 @dataclass(frozen=True, slots=True)

@@ -114,7 +114,8 @@ def run_trial(
         planner: for its robot.
         executor: likewise.
         scene_of: what the planner is told of the surroundings for an estimated T_base_object:
-            obstacles, and the names of those that hold the object.
+            obstacles, and the names of those that hold the object. It is asked right after the
+            frame was taken. What holds a moving object moves along with it.
         moving: whether the object moves, and is to be followed.
         config: what counts.
         show: called at each stage with its name, to take pictures.
@@ -148,6 +149,7 @@ def run_trial(
         arm,
         world.object_model.outer_body,
         scene=scene,
+        carried=supports if moving else (),
         eyes=eyes if moving else None,
         sighting=sighting,
         notify=show,
