@@ -78,5 +78,8 @@ def closing_sigma(grasp: CanonicalGrasp, covariance: Float64Array) -> float:
 
 
 def _largest_sigma(covariance: Float64Array) -> float:
+    """Largest standard deviation in any direction; NaN for what is no covariance."""
     values = np.linalg.eigvalsh(covariance)
-    return math.sqrt(float(values[-1])) if values[-1] > 0 else math.nan
+    if not values[0] >= -1e-9 * np.abs(values).max():
+        return math.nan
+    return math.sqrt(max(float(values[-1]), 0.0))

@@ -197,9 +197,11 @@ class GraspPlanner:
         for candidate in sorted(candidates, key=lambda c: -c.assessment.score):
             ways = attempt.ways(candidate, T_base_object)
             if isinstance(ways, str):
-                verdicts[candidate.grasp.name] = replace(
-                    candidate.assessment, accepted=False, reason=ways, score=0.0
-                )
+                # What the best posture fails by is the reason, not what the others fail by.
+                if verdicts[candidate.grasp.name].accepted:
+                    verdicts[candidate.grasp.name] = replace(
+                        candidate.assessment, accepted=False, reason=ways, score=0.0
+                    )
                 continue
             seconds["motion"] = time.perf_counter() - begun - seconds["selection"]
             verdicts[candidate.grasp.name] = candidate.assessment
@@ -243,7 +245,6 @@ class _Attempt:
     ) -> None:
         self._config = config
         self._start = robot.arm(start)
-        self._opening = robot.opening(start)
         self._kinematics = Kinematics(robot, start, config.inverse)
         self._checker = CollisionChecker(robot, scene, state=start)
         self._lying = scene.object
@@ -298,7 +299,7 @@ class _Attempt:
                 solution.q, grasp.opening, allowed=self._checker.fingers_on_object
             )
             if contact is not None:
-                reason = f"in collision: {contact}"
+                reason = reason or f"in collision: {contact}"
                 continue
             candidates.append(self._candidate(grasp, solution, fit, figures))
         if not candidates:

@@ -23,7 +23,8 @@ class MovingTarget:
     Args:
         sighting: the first.
         config: what is assumed of its motion.
-        forgiven: sightings in a row that contradict the motion until they are believed.
+        forgiven: sightings in a row that contradict the motion, but not each other, until they
+            are believed.
     """
 
     def __init__(
@@ -31,22 +32,25 @@ class MovingTarget:
     ) -> None:
         self._config = config or PoseFilterConfig()
         self._forgiven = forgiven
-        self._refused = 0
         self._state = self._start(sighting)
+        # What sightings that contradict the state say, and how many of them.
+        self._other: FilteredPose | None = None
+        self._contradictions = 0
 
     def update(self, eyes: Eyes) -> bool:
         """Take in what the eyes have seen since; whether the object was seen where expected."""
         sighting = eyes.look()
         if sighting is None or sighting.time < self._state.time:
             return False
-        predicted = predict(self._state, sighting.time, self._config)
-        corrected = correct(predicted, sighting.T_base_object, sighting.covariance, self._config)
+        corrected = self._corrected(self._state, sighting)
         if corrected is not None:
-            self._state, self._refused = corrected, 0
+            self._state, self._other, self._contradictions = corrected, None, 0
             return True
-        self._refused += 1
-        if self._refused >= self._forgiven:
-            self._state, self._refused = self._start(sighting), 0
+        other = None if self._other is None else self._corrected(self._other, sighting)
+        self._contradictions = 1 if other is None else self._contradictions + 1
+        self._other = self._start(sighting) if other is None else other
+        if self._contradictions >= self._forgiven:
+            self._state, self._other, self._contradictions = self._other, None, 0
         return False
 
     @property
@@ -55,13 +59,20 @@ class MovingTarget:
         return self._state.time
 
     def at(self, time: float) -> RigidTransform:
-        """T_base_object at a time not before it was last seen [s]."""
-        return predict(self._state, time, self._config).T_base_object
+        """T_base_object at a time [s]; when it was last seen, for times before that."""
+        return self._at(time).T_base_object
 
     def sigma(self, time: float) -> float:
         """Largest standard deviation of its position at a time [m]."""
-        covariance = predict(self._state, time, self._config).covariance
+        covariance = self._at(time).covariance
         return math.sqrt(float(np.linalg.eigvalsh(covariance[:3, :3])[-1]))
+
+    def _at(self, time: float) -> FilteredPose:
+        return predict(self._state, max(time, self._state.time), self._config)
+
+    def _corrected(self, state: FilteredPose, sighting: Sighting) -> FilteredPose | None:
+        predicted = predict(state, sighting.time, self._config)
+        return correct(predicted, sighting.T_base_object, sighting.covariance, self._config)
 
     def _start(self, sighting: Sighting) -> FilteredPose:
         return first_pose(sighting.time, sighting.T_base_object, sighting.covariance, self._config)

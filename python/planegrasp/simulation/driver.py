@@ -195,7 +195,8 @@ class SimulatedArm:
         end = self.world.time + seconds - 1e-9
         while self.world.time < end:
             self._move_hand()
-            self.world.step(min(self._config.watch, end + 1e-9 - self.world.time))
+            remaining = end + 1e-9 - self.world.time
+            self.world.step(max(min(self._config.watch, remaining), self.world.model.opt.timestep))
             self._notice()
             if self._eyes is not None:
                 self._eyes.watch()

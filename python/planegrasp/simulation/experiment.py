@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from planegrasp.detector import DetectorConfig
     from planegrasp.robot.model import Robot
     from planegrasp.simulation.objects import Thing
     from planegrasp.simulation.supports import Hold
@@ -84,6 +85,7 @@ class Experiment:
         region: where objects are put.
         holds: where a person may hold them.
         backgrounds: photographs for the wall.
+        detector_config: defaults where None.
     """
 
     robot: Robot
@@ -91,12 +93,13 @@ class Experiment:
     region: Region = field(default_factory=Region)
     holds: Sequence[Hold] = ("left", "bottom", "bottom-left", "top-left", "top")
     backgrounds: Sequence[NDArray[np.uint8]] = ()
+    detector_config: DetectorConfig | None = None
     detector: Detector = field(init=False)
     planner: GraspPlanner = field(init=False)
     executor: GraspExecutor = field(init=False)
 
     def __post_init__(self) -> None:
-        self.detector = Detector([thing.model for thing in self.things])
+        self.detector = Detector([thing.model for thing in self.things], self.detector_config)
         self.planner = GraspPlanner(self.robot)
         self.executor = GraspExecutor(self.robot)
 

@@ -101,12 +101,19 @@ def show_grasp(
         seed: of the sensors' noise, and of the search for the arm's posture.
 
     Raises:
-        TeachingError: the arm does not reach the object there, or the camera does not see it.
+        TeachingError: the object does not fit between the fingers, the arm does not reach it there,
+            or the camera does not see it.
     """
     if robot.gripper is None:
         raise TeachingError("a robot without gripper cannot show a grasp")
     opening = 0.95 * robot.gripper.max_opening if opening is None else opening
-    T_object_gripper = hold_at(thing.model.outer_body, side)
+    body = thing.model.outer_body
+    if body.size[2] >= opening:
+        raise TeachingError(
+            f"{thing.model.name!r} is {1000 * body.size[2]:.0f} mm deep, it does not fit between "
+            f"fingers that are {1000 * opening:.0f} mm apart"
+        )
+    T_object_gripper = hold_at(body, side)
     for T_base_object in _places(robot):
         state = robot.look_at(T_base_object.translation)
         result = Kinematics(robot, state).inverse(T_base_object * T_object_gripper, seed=seed)

@@ -6,16 +6,20 @@ Perception works on rendered, noisy frames alone. The true poses of the simulati
 from __future__ import annotations
 
 import time
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planegrasp.errors import RobotError
 from planegrasp.geometry import rotation_angle
 from planegrasp.grasping.plan import GraspRefusal
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from numpy.typing import ArrayLike
 
     from planegrasp.detection import Detection
     from planegrasp.geometry import RigidTransform
@@ -34,7 +38,8 @@ class TrialConfig:
     """What counts as success, and where the robot looks.
 
     Attributes:
-        places: points of the base frame at which the head looks until it sees the object [m].
+        places: points of the base frame at which the head looks until it sees the object [m];
+            those that it cannot turn to are left out.
         turning: time for the head to turn [s].
         hold: how long the object must be held [s].
         lifted: how high, at the end [m].
@@ -170,21 +175,30 @@ def run_trial(
 
 
 def _find(arm: SimulatedArm, eyes: SimulatedEyes, config: TrialConfig) -> Detection | None:
-    """Look around until the object is seen, then at it."""
-    robot = arm.world.robot
+    """Look around until the object is seen, then at it; a robot without head just looks."""
+    if not arm.world.robot.head_joints:
+        return _with_pose(eyes.detect())
     for place in config.places:
-        arm.turn_head(robot.look_at(place, arm.state))
-        arm.advance(config.turning)
-        detection = eyes.detect()
+        _look_at(place, arm, config)
+        detection = _with_pose(eyes.detect())
         if detection is None or detection.T_camera_object is None:
             continue
-        point = (arm.world.T_base_camera * detection.T_camera_object).translation
-        arm.turn_head(robot.look_at(point, arm.state))
-        arm.advance(config.turning)
-        centred = eyes.detect()
-        if centred is not None and centred.T_camera_object is not None:
+        _look_at((arm.world.T_base_camera * detection.T_camera_object).translation, arm, config)
+        centred = _with_pose(eyes.detect())
+        if centred is not None:
             return centred
     return None
+
+
+def _with_pose(detection: Detection | None) -> Detection | None:
+    return None if detection is None or detection.T_camera_object is None else detection
+
+
+def _look_at(point: ArrayLike, arm: SimulatedArm, config: TrialConfig) -> None:
+    """Turn the head there, as long as it takes; not at all where it cannot."""
+    with suppress(RobotError):
+        arm.turn_head(arm.world.robot.look_at(point, arm.state))
+    arm.advance(config.turning)
 
 
 def _hold(arm: SimulatedArm, trial: Trial, config: TrialConfig) -> None:
