@@ -149,6 +149,11 @@ class World:
         self.data.mocap_pos[mocap], self.data.mocap_quat[mocap] = T.translation, (w, x, y, z)
 
     @property
+    def T_world_base(self) -> RigidTransform:
+        """Where the robot's base is; it does not move."""
+        return self._T_world_base
+
+    @property
     def is_released(self) -> bool:
         """Whether the support has let go."""
         return not self.data.eq_active[self._weld]

@@ -1,0 +1,173 @@
+"""Pictures and a recording of an experiment: by the robot's camera, and from outside."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planegrasp.demo.watching import onlooker_view, wall
+from planegrasp.grasping.plan import GraspPlan
+from planegrasp.io.images import write_color
+from planegrasp.simulation.experiment import KINECT
+from planegrasp.simulation.raycast_values import RaycastConfig
+from planegrasp.viz.gripper import draw_gripper
+from planegrasp.viz.overlay import draw_detections
+from planegrasp.viz.palette import color_of
+from planegrasp.viz.storyboard import storyboard
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+    from types import TracebackType
+    from typing import Self
+
+    from numpy.typing import NDArray
+
+    from planegrasp.demo.watching import WatchedWorld
+    from planegrasp.detection import Detection
+    from planegrasp.simulation.driver import SimulatedEyes
+    from planegrasp.simulation.raycast_values import RaycastRendering
+    from planegrasp.simulation.trial import Trial
+
+    Image = NDArray[np.uint8]
+
+__all__ = ["COLUMNS", "Film", "write_storyboard"]
+
+COLUMNS = {"initial": "initial", "planned": "adapting", "closed": "grasped", "held": "lifted"}
+"""Stages of which there are pictures, and what they are called."""
+_VIEWS = ("the robot's camera", "from outside")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Take:
+    """What both cameras see at one time."""
+
+    robot: RaycastRendering
+    onlooker: RaycastRendering
+    found: Detection | None
+
+
+class Film:
+    """Takes pictures of a world at stages, and records it in between; a context manager.
+
+    Attributes:
+        recording: the Rerun recording; None where rerun-sdk is not installed.
+        frames: in how many the robot looked for the object.
+        found: in how many of them it found it.
+    """
+
+    def __init__(self, world: WatchedWorld, recording: Path) -> None:
+        """Begin with a world at its beginning; `recording` is replaced."""
+        self._world = world
+        quiet = RaycastConfig(color_noise=0.0)
+        self._robot, self._onlooker = world.camera(KINECT, config=quiet), onlooker_view(world)
+        self._takes: dict[str, _Take] = {}
+        self._eyes: SimulatedEyes | None = None
+        self._seen: object = None
+        self._path: list[NDArray[np.float64]] = []
+        self._planned_at = 0.0
+        self._stack = ExitStack()
+        self.recording = recording if find_spec("rerun") is not None else None
+        self._rerun = None
+        self.frames = self.found = 0
+        if self.recording is not None:
+            from planegrasp.viz.rerun_robot import RobotRecording
+
+            self._rerun = self._stack.enter_context(RobotRecording(self.recording, world))
+        world.watch = self._record
+
+    def take(self, stage: str, eyes: SimulatedEyes) -> None:
+        """Take the stage's pictures if it is one of `COLUMNS`."""
+        self._eyes = eyes
+        if self._rerun is not None:
+            self._rerun.note(stage)
+        if stage == "planned":
+            self._planned_at = self._world.time
+        if stage in COLUMNS:
+            rng, data = np.random.default_rng(0), self._world.data
+            self._takes[stage] = _Take(
+                self._robot.render(data, rng, background=wall(KINECT)),
+                self._onlooker.render(data, rng, background=wall()),
+                eyes.last[1] if eyes.last is not None and stage == "planned" else None,
+            )
+        self._record()
+
+    def finish(self, trial: Trial) -> None:
+        """Add what was planned, which is known only now."""
+        if self._eyes is not None:
+            self.frames, self.found = self._eyes.frames, self._eyes.found
+        self._plan = plan = trial.plan if isinstance(trial.plan, GraspPlan) else None
+        if self._rerun is None or plan is None:
+            return
+        T_world_base = self._world.T_world_base
+        robot, start = self._world.robot, self._world.robot.home
+        ways = (plan.move, plan.reach, plan.lift)
+        states = (robot.with_arm(start, q) for way in ways for q in way.q)
+        self._rerun.plan(
+            self._planned_at,
+            T_world_base * plan.T_base_pregrasp,
+            T_world_base * plan.T_base_gripper,
+            plan.opening,
+            np.array([(T_world_base * robot.T_base_gripper(s)).translation for s in states]),
+        )
+
+    def pictures(self) -> tuple[list[Image], list[Image]]:
+        """A row by the robot's camera and one by the onlooker; stages not reached are empty."""
+        robot, onlooker = [], []
+        for stage in COLUMNS:
+            take = self._takes.get(stage)
+            if take is None:
+                robot.append(_nothing(self._robot.camera.height, self._robot.camera.width))
+                onlooker.append(_nothing(self._onlooker.camera.height, self._onlooker.camera.width))
+                continue
+            robot.append(self._drawn(take.robot, take.found))
+            onlooker.append(take.onlooker.frame.color)
+        return robot, onlooker
+
+    def _drawn(self, rendering: RaycastRendering, found: Detection | None) -> Image:
+        if found is None:
+            return rendering.frame.color
+        image = draw_detections(rendering.frame, [found])
+        if self._plan is not None:
+            T = rendering.T_world_camera.inv() * self._world.T_world_base
+            color = color_of(found.name)
+            draw_gripper(
+                image, self._robot.camera, T * self._plan.T_base_gripper, self._plan.opening, color
+            )
+        return image
+
+    def _record(self) -> None:
+        """Record where everything is, and the newest frame."""
+        if self._rerun is None:
+            return
+        self._rerun.state()
+        last = None if self._eyes is None else self._eyes.last
+        if last is not None and last[0] is not self._seen:
+            self._seen = rendering = last[0]
+            self._rerun.frame(rendering.frame, rendering.T_world_camera, last[1])
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._world.watch = None
+        self._stack.__exit__(kind, error, traceback)
+
+
+def write_storyboard(path: Path, films: Sequence[tuple[str, Film]]) -> None:
+    """Lay out the pictures of films with titles, and write them."""
+    stories = [(title, film.pictures()) for title, film in films]
+    write_color(path, storyboard(stories, tuple(COLUMNS.values()), _VIEWS))
+
+
+def _nothing(height: int, width: int) -> Image:
+    return np.full((height, width, 3), 236, np.uint8)
