@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planegrasp.demo.film import Film, write_storyboard
-from planegrasp.demo.watching import watched
+from planegrasp.demo.watching import wall, watched
 from planegrasp.geometry import rotation_angle
 from planegrasp.grasping.plan import GraspPlan
 from planegrasp.library import ObjectLibrary
 from planegrasp.robot.model import Robot
-from planegrasp.simulation.experiment import Experiment, Setting, facing
+from planegrasp.simulation.experiment import KINECT, Experiment, Setting, facing
 from planegrasp.simulation.objects import Thing, cracker_box, picture_book
 from planegrasp.simulation.showing import hold_at, show_grasp
 from planegrasp.teaching.teach import teach
@@ -143,14 +143,21 @@ class Performance:
 
     @property
     def tilt_deg(self) -> float | None:
-        """Angle between the best seen face and the line of sight as it was seen [°]."""
+        """Angle between its front's normal and the line of sight as it was seen [°]."""
         detection = self.trial.detection
         if detection is None or detection.T_camera_object is None:
             return None
-        face = detection.model.face(detection.faces[0].name)
-        translation, rotation = (detection.T_camera_object * face.T_object_face).as_components()
+        translation, rotation = detection.T_camera_object.as_components()
         cosine = -rotation.as_matrix()[:, 2] @ translation / np.linalg.norm(translation)
         return math.degrees(math.acos(float(np.clip(cosine, -1.0, 1.0))))
+
+    @property
+    def position_sigma(self) -> float | None:
+        """Largest standard deviation of the object's position when the grasp was planned [m]."""
+        detection = self.trial.detection
+        if detection is None or detection.covariance is None:
+            return None
+        return math.sqrt(float(np.linalg.eigvalsh(detection.covariance[:3, :3])[-1]))
 
     @property
     def faults(self) -> tuple[str, ...]:
@@ -173,17 +180,17 @@ class GraspDemo:
         seed: of all noise.
         acts: what is done.
         sides: at which grasps are shown, see `simulation.showing`.
-        things: what is taught; all that the acts need where None.
+        things: what is taught; all that the acts need where empty.
     """
 
     path: Path
     seed: int = 0
     acts: tuple[Act, ...] = ACTS
     sides: tuple[str, ...] = ("side", "top", "left")
-    things: tuple[Thing, ...] | None = None
+    things: tuple[Thing, ...] = ()
 
     def __post_init__(self) -> None:
-        if self.things is None:
+        if not self.things:
             needed = {act.object for act in self.acts}
             known = (cracker_box(), picture_book())
             self.things = tuple(thing for thing in known if thing.model.name in needed)
@@ -200,17 +207,14 @@ class GraspDemo:
             LibraryError: the folder has a library that cannot be read, or cannot be written.
         """
         library = ObjectLibrary(self.library_path)
-        things = self.things or ()
-        verdicts = {t.model.name: teach(library, t.model, replace=True) for t in things}
-        self.things = tuple(replace(t, model=library[t.model.name]) for t in things)
-        return verdicts
+        models = [thing.model for thing in self.things]
+        return {model.name: teach(library, model, replace=True) for model in models}
 
     def experiment(self) -> Experiment:
         """The robot, and a detector of what was taught; learning takes seconds a face."""
-        # What was read from a folder has features that are cached there.
         library = ObjectLibrary(self.library_path)
-        self.things = tuple(replace(t, model=library[t.model.name]) for t in self.things or ())
-        return Experiment(Robot.pr2(), self.things)
+        self.things = tuple(replace(t, model=library[t.model.name]) for t in self.things)
+        return Experiment(Robot.pr2(), self.things, backgrounds=(wall(KINECT),))
 
     def show(self, experiment: Experiment, advance: Callable[[], None]) -> tuple[ShownGrasp, ...]:
         """Show grasps to the robot and keep them with the objects; `advance` after each.

@@ -11,7 +11,7 @@ from planegrasp.objects import PlanarFace
 from planegrasp.simulation.raycast_camera import RaycastCamera
 from planegrasp.simulation.raycast_values import Printed, RaycastConfig
 from planegrasp.simulation.world import Hand, Tripod, World, WorldConfig
-from planegrasp.simulation.world_spec import FLOOR, OBJECT, VIEWPOINT
+from planegrasp.simulation.world_spec import FLOOR, VIEWPOINT
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -25,9 +25,10 @@ __all__ = ["ONLOOKER", "WatchedWorld", "onlooker_view", "wall", "watched"]
 ONLOOKER = PinholeCamera(800, 500, 780.0, 780.0, 399.5, 249.5)
 """The camera of somebody who looks on."""
 # Where the onlooker stands and what is in the middle of what is seen, in the world [m].
-_EYE, _LOOK_AT = (-0.35, -3.1, 1.65), (0.3, -0.1, 0.66)
-# A chequered mat on the floor before the onlooker: its middle, its width and that of a tile [m].
-_MAT, _MAT_WIDTH, _TILE = (0.4, 0.0), 3.6, 0.3
+_EYE, _LOOK_AT = (-0.6, 2.9, 2.0), (0.32, -0.1, 0.68)
+# Chequered mats on the floor, all before the cameras: middles, width, and that of a tile [m].
+_MATS = ((1.5, 0.0), (-2.1, 0.0))
+_MAT_WIDTH, _TILE = 3.6, 0.3
 _FLOOR_COLOR = (0.60, 0.58, 0.55)
 _LIGHT, _DARK = (176, 171, 163), (160, 155, 147)
 
@@ -44,6 +45,14 @@ class WatchedWorld(World):
     period: float = 0.1
     _due: float = 0.0
 
+    def camera(
+        self, camera: PinholeCamera, frame: str | None = None, config: RaycastConfig | None = None
+    ) -> RaycastCamera:
+        """See `World.camera`; it also sees mats on the floor."""
+        plain = super().camera(camera, frame, config)
+        name = frame or self.robot.camera_frame or ""
+        return RaycastCamera(self.model, camera, name, [*plain.printed, *_mats(self)], plain.config)
+
     def step(self, seconds: float | None = None) -> None:
         """See `World.step`."""
         super().step(seconds)
@@ -53,7 +62,7 @@ class WatchedWorld(World):
 
 
 def watched(experiment: Experiment, setting: Setting) -> WatchedWorld:
-    """The world of a setting, with somebody in it who looks on from the robot's right."""
+    """The world of a setting, with somebody in it who looks on from the robot's left."""
     support = Tripod() if setting.hold is None else Hand(setting.hold)
     config = WorldConfig(
         mass=setting.thing.mass, viewpoint=_looking(_EYE, _LOOK_AT), floor_color=_FLOOR_COLOR
@@ -63,18 +72,10 @@ def watched(experiment: Experiment, setting: Setting) -> WatchedWorld:
     )
 
 
-def onlooker_view(world: World, camera: PinholeCamera = ONLOOKER) -> RaycastCamera:
-    """What somebody at the world's viewpoint sees, without noise, with a mat on the floor."""
-    middle = RigidTransform.from_translation([*_MAT, world.config.floor_height])
-    mat = PlanarFace("mat", _tiles(), _MAT_WIDTH, _MAT_WIDTH, middle)
-    printed = [Printed(OBJECT, face) for face in world.object_model.faces]
-    return RaycastCamera(
-        world.model,
-        camera,
-        VIEWPOINT,
-        [*printed, Printed(FLOOR, mat)],
-        RaycastConfig(color_noise=0.0, background_depth=7.0, light=(0.6, -0.5, 1.0)),
-    )
+def onlooker_view(world: World) -> RaycastCamera:
+    """What somebody at the world's viewpoint sees, without noise."""
+    config = RaycastConfig(color_noise=0.0, background_depth=7.0, light=(0.5, 0.9, 1.0))
+    return world.camera(ONLOOKER, VIEWPOINT, config)
 
 
 def wall(camera: PinholeCamera = ONLOOKER) -> NDArray[np.uint8]:
@@ -93,6 +94,15 @@ def _looking(eye: ArrayLike, at: ArrayLike) -> RigidTransform:
     x /= np.linalg.norm(x)
     R = Rotation.from_matrix(np.column_stack([x, np.cross(z, x), z]))
     return RigidTransform.from_components(position, R)
+
+
+def _mats(world: World) -> list[Printed]:
+    height = world.config.floor_height
+    places = [RigidTransform.from_translation([*middle, height]) for middle in _MATS]
+    tiles = _tiles()
+    return [
+        Printed(FLOOR, PlanarFace("mat", tiles, _MAT_WIDTH, _MAT_WIDTH, place)) for place in places
+    ]
 
 
 def _tiles() -> NDArray[np.uint8]:

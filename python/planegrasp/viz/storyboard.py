@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
     Image = NDArray[np.uint8]
 
-_SIZE = 19  # of titles [px]
-_SMALL = 15  # of the views' names [px]
+_SIZE = 25  # of titles [px]
+_SMALL = 19  # of the views' names [px]
 _LABEL = 0.85  # opacity behind the views' names
 
 
@@ -32,7 +32,7 @@ def storyboard(
     cell: tuple[int, int] = (392, 245),
     gap: int = 8,
 ) -> Image:
-    """Lay pictures out with titles above the blocks and columns, and views' names in the rows.
+    """Lay pictures out with titles above the columns and the blocks, and views' names in the rows.
 
     Args:
         stories: title and rows of each, a row for each view, a picture for each column; H×W×3
@@ -52,20 +52,21 @@ def storyboard(
     width, height = cell
     band = round(1.7 * _SIZE)
     board_width = len(columns) * (width + gap) + gap
-    block = 2 * band + len(views) * (height + gap)
-    board = np.full((gap + len(stories) * (block + gap), board_width, 3), PAPER, np.uint8)
-    top = gap
+    block = band + len(views) * (height + gap)
+    board = np.full((band + len(stories) * (block + gap), board_width, 3), PAPER, np.uint8)
+    for column, name in enumerate(columns):
+        middle = gap + column * (width + gap) + width // 2
+        left = middle - text_width(name, _SIZE) // 2
+        draw_text(board, name, (left, round(1.2 * _SIZE)), INK, size=_SIZE)
+    top = band
     for title, rows in stories:
         if len(rows) != len(views) or any(len(row) != len(columns) for row in rows):
             raise InvalidInputError(
                 f"{title!r} needs {len(views)} rows of {len(columns)} pictures, got "
                 f"{[len(row) for row in rows]}"
             )
-        draw_text(board, title, (gap, top + _SIZE), INK, size=_SIZE, weight=SEMIBOLD)
-        for column, name in enumerate(columns):
-            left = gap + column * (width + gap)
-            draw_text(board, name, (left, top + band + _SIZE), INK, size=_SIZE)
-        y = top + 2 * band
+        draw_text(board, title, (gap, top + round(1.1 * _SIZE)), INK, size=_SIZE, weight=SEMIBOLD)
+        y = top + band
         for view, row in zip(views, rows, strict=True):
             for column, picture in enumerate(row):
                 left = gap + column * (width + gap)
