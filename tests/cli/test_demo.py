@@ -32,7 +32,7 @@ def test_what_it_prints_and_writes(tmp_path, monkeypatch, capsys):
     path = tmp_path / "out"
     (path / "found").mkdir(parents=True)
     (path / "found" / "frame-099.png").write_bytes(b"of an earlier run")
-    assert run("--output", path, "--frames", 4) == 0
+    assert run("--output", path, "--frames", 4, "--only", "find") == 0
     check_text(capsys.readouterr().out, path)
     check_files(path)
     check_library(ObjectLibrary(path / "objects"))
@@ -88,7 +88,7 @@ def json_lines(path):
 def test_a_miss_is_an_error(tmp_path, monkeypatch, capsys):
     # What is searched with knows the cat only.
     monkeypatch.setattr(Demo, "detector", lambda demo: Detector([demo.models[1]]))
-    assert run("--output", tmp_path, "--frames", 2, "--json") == 1
+    assert run("--output", tmp_path, "--frames", 2, "--only", "find", "--json") == 1
     captured = capsys.readouterr()
     assert "carton was found in 0 of 2 frames" in captured.err
     result = json.loads(captured.out)

@@ -75,7 +75,6 @@ def plan(
     Where the camera was is in --pose; without, it is the robot's own camera at home.
     """
     from planegrasp.grasping.planner import GraspPlanner
-    from planegrasp.io.pose_file import read_poses
     from planegrasp.library import ObjectLibrary
 
     machine = read_robot(
@@ -92,10 +91,7 @@ def plan(
     planner = GraspPlanner(machine)
     if image is not None:
         detection = _seen(objects, object_name, image, depth, camera)
-        T_base_camera = read_poses(pose).T_base_camera if pose is not None else None
-        if pose is not None and T_base_camera is None:
-            raise InvalidInputError(f"{pose} does not say where the camera was: give T_base_camera")
-        result = planner.plan(detection, T_base_camera or machine.T_base_camera(machine.home))
+        result = planner.plan(detection, _camera_pose(pose, machine))
     elif pose is None:
         raise InvalidInputError("where is the object? Give --pose FILE, or --image FILE")
     elif depth is not None or camera is not None:
@@ -126,6 +122,18 @@ def _seen(
             return detection
     reasons = "; ".join(f"{f.face}: {f.reason}" for f in report.faces if f.object == name)
     raise PoseError(f"{name!r} was not found in {image}: {reasons}")
+
+
+def _camera_pose(path: Path | None, robot: Robot) -> RigidTransform:
+    """T_base_camera of a pose file, or the robot's own at home."""
+    from planegrasp.io.pose_file import read_poses
+
+    if path is None:
+        return robot.T_base_camera(robot.home)
+    T_base_camera = read_poses(path).T_base_camera
+    if T_base_camera is None:
+        raise InvalidInputError(f"{path} does not say where the camera was: give T_base_camera")
+    return T_base_camera
 
 
 def _print(result: GraspPlan | GraspRefusal) -> None:
