@@ -1,5 +1,6 @@
 """`planegrasp demo`: what it prints and writes, and that it fails when it should."""
 
+import importlib
 import json
 import math
 from itertools import pairwise
@@ -32,7 +33,10 @@ def test_what_it_prints_and_writes(tmp_path, monkeypatch, capsys):
     path = tmp_path / "out"
     (path / "found").mkdir(parents=True)
     (path / "found" / "frame-099.png").write_bytes(b"of an earlier run")
-    assert run("--output", path, "--frames", 4, "--only", "find") == 0
+    # As it is without the extra `robot`; test_demo_grasps.py has the other half.
+    module = importlib.import_module("planegrasp.cli.demo")
+    monkeypatch.setattr(module, "_grasping", lambda path, seed: None)
+    assert run("--output", path, "--frames", 4) == 0
     check_text(capsys.readouterr().out, path)
     check_files(path)
     check_library(ObjectLibrary(path / "objects"))
@@ -46,6 +50,9 @@ def check_text(text, path):
         assert name in text
         assert (path / name).exists()
     assert "planegrasp teach" in text
+    assert "Left out" in text
+    assert "pip install 'planegrasp[robot]'" in text
+    assert "tripod.rrd" not in text
 
 
 def check_files(path):

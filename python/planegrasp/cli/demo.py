@@ -198,10 +198,10 @@ def _print_written(
     written = Table.grid(padding=(0, 3, 0, 0))
     written.add_column(no_wrap=True, style="cyan")
     written.add_column()
-    not_written = "not written: pip install 'planegrasp[rerun]'"
+    not_written = r"not written: pip install 'planegrasp\[rerun]'"
     files: dict[str, str] = {}
     if performances is not None:
-        files["grasp.png"] = "the grasps, by the robot's camera and from outside"
+        files["grasp.png"] = "the grasps, as the robot and others saw them"
         for performance in performances:
             what = "what the robot did and saw, for the Rerun viewer"
             files[f"{performance.act.name}.rrd"] = what if performance.recording else not_written

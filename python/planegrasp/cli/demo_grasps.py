@@ -19,7 +19,7 @@ __all__ = ["WITHOUT_ROBOT", "grasps_result", "show_and_grasp"]
 
 WITHOUT_ROBOT = (
     "[bold]Left out[/]: a simulated robot that is shown grasps and does them elsewhere. It needs"
-    "\n  [green]pip install 'planegrasp[robot]'[/]"
+    "\n  [green]pip install 'planegrasp\\[robot]'[/]"
 )
 
 
@@ -75,6 +75,7 @@ def _row(performance: Performance) -> dict[str, object]:
         "name": performance.act.name,
         "object": performance.act.object,
         "tilt_deg": performance.tilt_deg,
+        "true_tilt_deg": performance.true_tilt_deg,
         "inliers": trial.detection.inliers if trial.detection else None,
         "position_sigma": performance.position_sigma,
         "grasp": plan.grasp.name if plan else None,
@@ -121,11 +122,12 @@ def _lines(performance: Performance) -> list[tuple[str, str]]:
     """What was seen, what follows from it, and why not otherwise."""
     trial, plan, lines = performance.trial, performance.plan, []
     tilt, sigma = performance.tilt_deg, performance.position_sigma
+    true = performance.true_tilt_deg
     if trial.detection is not None and tilt is not None and sigma is not None:
         lines.append(
             (
                 "seen",
-                f"its front tilted by {tilt:.1f}° (true {performance.act.tilt:.1f}°), "
+                f"its front tilted by {tilt:.1f}°{'' if true is None else f' (true {true:.1f}°)'}, "
                 f"{trial.detection.inliers} inliers, position ± {1e3 * sigma:.1f} mm",
             )
         )

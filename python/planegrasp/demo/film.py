@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
     from planegrasp.demo.watching import WatchedWorld
     from planegrasp.detection import Detection
+    from planegrasp.geometry import RigidTransform
     from planegrasp.simulation.driver import SimulatedEyes
     from planegrasp.simulation.raycast_values import RaycastRendering
     from planegrasp.simulation.trial import Trial
@@ -64,6 +65,7 @@ class Film:
         recording: the Rerun recording; None where rerun-sdk is not installed.
         frames: in how many the robot looked for the object.
         found: in how many of them it found it.
+        T_camera_object: the true pose when the grasp was planned; None before.
     """
 
     def __init__(self, world: WatchedWorld, recording: Path) -> None:
@@ -74,8 +76,9 @@ class Film:
         self._takes: dict[str, _Take] = {}
         self._eyes: SimulatedEyes | None = None
         self._seen: object = None
-        self._path: list[NDArray[np.float64]] = []
+        self._plan: GraspPlan | None = None
         self._planned_at = 0.0
+        self.T_camera_object: RigidTransform | None = None
         self._stack = ExitStack()
         self.recording = recording if find_spec("rerun") is not None else None
         self._rerun = None
@@ -89,13 +92,14 @@ class Film:
     def take(self, stage: str, eyes: SimulatedEyes) -> None:
         """Take the stage's pictures if it is one of `COLUMNS`."""
         self._eyes = eyes
+        T_camera_object = self._world.T_base_camera.inv() * self._world.T_base_object
         if self._rerun is not None:
             self._rerun.note(stage)
         if stage == "planned":
             self._planned_at = self._world.time
+            self.T_camera_object = T_camera_object
         if stage in COLUMNS:
             rng, data = np.random.default_rng(0), self._world.data
-            T_camera_object = self._world.T_base_camera.inv() * self._world.T_base_object
             self._takes[stage] = _Take(
                 self._robot.render(data, rng, background=wall(KINECT)),
                 self._onlooker.render(data, rng, background=wall()),

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
+    from planegrasp.geometry import RigidTransform
     from planegrasp.grasping.canonical import CanonicalGrasp
     from planegrasp.simulation.driver import SimulatedEyes
     from planegrasp.simulation.experiment import Kind
@@ -128,6 +129,7 @@ class Performance:
         frames: in how many the robot looked for the object.
         found: in how many of them it found it.
         recording: the Rerun recording; None where rerun-sdk is not installed.
+        T_camera_object: the true pose when the grasp was planned; None where none was.
     """
 
     act: Act
@@ -135,6 +137,7 @@ class Performance:
     frames: int
     found: int
     recording: Path | None
+    T_camera_object: RigidTransform | None
 
     @property
     def plan(self) -> GraspPlan | None:
@@ -147,9 +150,12 @@ class Performance:
         detection = self.trial.detection
         if detection is None or detection.T_camera_object is None:
             return None
-        translation, rotation = detection.T_camera_object.as_components()
-        cosine = -rotation.as_matrix()[:, 2] @ translation / np.linalg.norm(translation)
-        return math.degrees(math.acos(float(np.clip(cosine, -1.0, 1.0))))
+        return _tilt_deg(detection.T_camera_object)
+
+    @property
+    def true_tilt_deg(self) -> float | None:
+        """The same as it was [°]; None where nothing was planned."""
+        return None if self.T_camera_object is None else _tilt_deg(self.T_camera_object)
 
     @property
     def position_sigma(self) -> float | None:
@@ -258,7 +264,9 @@ class GraspDemo:
 
             trial = experiment.run(setting, world, show=notice)
             film.finish(trial)
-        performance = Performance(act, trial, film.frames, film.found, film.recording)
+        performance = Performance(
+            act, trial, film.frames, film.found, film.recording, film.T_camera_object
+        )
         return performance, film
 
     def write_storyboard(self, acts: Sequence[tuple[Performance, Film]]) -> Path:
@@ -266,3 +274,9 @@ class GraspDemo:
         path = self.path / "grasp.png"
         write_storyboard(path, [(p.act.title, film) for p, film in acts])
         return path
+
+
+def _tilt_deg(T_camera_object: RigidTransform) -> float:
+    translation, rotation = T_camera_object.as_components()
+    cosine = -rotation.as_matrix()[:, 2] @ translation / np.linalg.norm(translation)
+    return math.degrees(math.acos(float(np.clip(cosine, -1.0, 1.0))))
