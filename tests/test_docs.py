@@ -42,10 +42,10 @@ def commands(block):
 @pytest.mark.parametrize(
     ("page", "ran"),
     [
-        ("README.md", 6),
-        ("docs/tutorial.md", 14),
+        ("README.md", 9),
+        ("docs/tutorial.md", 16),
         ("docs/conventions.md", 1),
-        ("docs/robots.md", 3),
+        ("docs/robots.md", 4),
     ],
 )
 @pytest.mark.usefixtures("inside")

@@ -26,9 +26,12 @@ if TYPE_CHECKING:
     from planegrasp.errors import PlanegraspError
     from planegrasp.geometry import PinholeCamera, RigidTransform
     from planegrasp.grasping import CanonicalGrasp
+    from planegrasp.grasping.plan import GraspPlan, GraspRefusal
+    from planegrasp.grasping.planner import GraspPlanner, PlannerConfig
     from planegrasp.library import ObjectLibrary
     from planegrasp.objects import ObjectModel, PlanarFace
     from planegrasp.rgbd import RGBDFrame
+    from planegrasp.robot import Robot
     from planegrasp.teaching.quality import TeachingQuality, assess
     from planegrasp.teaching.teach import teach
 
@@ -41,13 +44,18 @@ __all__ = [
     "DetectionReport",
     "Detector",
     "DetectorConfig",
+    "GraspPlan",
+    "GraspPlanner",
+    "GraspRefusal",
     "ObjectLibrary",
     "ObjectModel",
     "PinholeCamera",
     "PlanarFace",
     "PlanegraspError",
+    "PlannerConfig",
     "RGBDFrame",
     "RigidTransform",
+    "Robot",
     "TeachingQuality",
     "assess",
     "teach",
@@ -60,13 +68,18 @@ _MODULES = {
     "DetectionReport": "detection",
     "Detector": "detector",
     "DetectorConfig": "detector",
+    "GraspPlan": "grasping.plan",
+    "GraspPlanner": "grasping.planner",
+    "GraspRefusal": "grasping.plan",
     "ObjectLibrary": "library",
     "ObjectModel": "objects",
     "PinholeCamera": "geometry",
     "PlanarFace": "objects",
     "PlanegraspError": "errors",
+    "PlannerConfig": "grasping.planner",
     "RGBDFrame": "rgbd",
     "RigidTransform": "geometry",
+    "Robot": "robot",
     "TeachingQuality": "teaching.quality",
     "assess": "teaching.quality",
     "teach": "teaching.teach",

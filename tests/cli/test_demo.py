@@ -1,5 +1,6 @@
 """`planegrasp demo`: what it prints and writes, and that it fails when it should."""
 
+import importlib
 import json
 import math
 from itertools import pairwise
@@ -32,6 +33,9 @@ def test_what_it_prints_and_writes(tmp_path, monkeypatch, capsys):
     path = tmp_path / "out"
     (path / "found").mkdir(parents=True)
     (path / "found" / "frame-099.png").write_bytes(b"of an earlier run")
+    # As it is without the extra `robot`; test_demo_grasps.py has the other half.
+    module = importlib.import_module("planegrasp.cli.demo")
+    monkeypatch.setattr(module, "_grasping", lambda path, seed: None)
     assert run("--output", path, "--frames", 4) == 0
     check_text(capsys.readouterr().out, path)
     check_files(path)
@@ -46,6 +50,9 @@ def check_text(text, path):
         assert name in text
         assert (path / name).exists()
     assert "planegrasp teach" in text
+    assert "Left out" in text
+    assert "pip install 'planegrasp[robot]'" in text
+    assert "tripod.rrd" not in text
 
 
 def check_files(path):
@@ -88,7 +95,7 @@ def json_lines(path):
 def test_a_miss_is_an_error(tmp_path, monkeypatch, capsys):
     # What is searched with knows the cat only.
     monkeypatch.setattr(Demo, "detector", lambda demo: Detector([demo.models[1]]))
-    assert run("--output", tmp_path, "--frames", 2, "--json") == 1
+    assert run("--output", tmp_path, "--frames", 2, "--only", "find", "--json") == 1
     captured = capsys.readouterr()
     assert "carton was found in 0 of 2 frames" in captured.err
     result = json.loads(captured.out)

@@ -69,8 +69,7 @@ IDENTITY = np.eye(4).tolist()
             "T_base_object: quaternion .* has length 2, a rotation has 1",
         ),
         ({"opening": "wide"}, "opening: .*number.*, got 'wide'"),
-        ({"T_base_camera": IDENTITY}, "T_base_camera and T_camera_object go together"),
-        ({"T_camera_object": IDENTITY}, "T_base_camera and T_camera_object go together"),
+        ({"T_camera_object": IDENTITY}, "T_camera_object needs T_base_camera, too"),
         (
             {f"T_{key}": IDENTITY for key in ("base_object", "base_camera", "camera_object")},
             "give T_base_object, or T_base_camera and T_camera_object, not both",

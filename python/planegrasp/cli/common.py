@@ -23,6 +23,7 @@ __all__ = [
     "LibraryOption",
     "console",
     "grasp_row",
+    "messages",
     "parse_numbers",
     "pose_row",
     "print_error",
@@ -41,6 +42,13 @@ def console() -> Console:
     from rich.console import Console
 
     return Console(highlight=False)
+
+
+def messages() -> Console:
+    """Where progress goes: standard error."""
+    from rich.console import Console
+
+    return Console(stderr=True, highlight=False)
 
 
 def print_error(message: str) -> None:

@@ -1,4 +1,4 @@
-"""A progress bar that counts frames."""
+"""A progress bar that counts frames, or other things."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def frame_progress(what: str, frames: int) -> Iterator[Callable[[], None]]:
+def frame_progress(what: str, frames: int, unit: str = "frames") -> Iterator[Callable[[], None]]:
     """A bar on standard error, where that is a terminal, which is gone at the end.
 
     Args:
         what: is being done.
         frames: how many there are.
+        unit: what they are called.
 
     Yields:
         A function to call after every frame.
@@ -35,7 +36,7 @@ def frame_progress(what: str, frames: int) -> Iterator[Callable[[], None]]:
         TextColumn("{task.description}"),
         BarColumn(),
         MofNCompleteColumn(),
-        TextColumn("frames,"),
+        TextColumn(f"{unit},"),
         TimeElapsedColumn(),
         TextColumn("gone,"),
         TimeRemainingColumn(),

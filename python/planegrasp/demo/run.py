@@ -53,18 +53,6 @@ class DemoOutcome:
             faults.append(f"{self.false_detections} detections of what is not there")
         return tuple(faults)
 
-    def frame_to_show(self) -> tuple[Comparison, ...]:
-        """The frame with all objects found in which most of one is hidden."""
-        frames: dict[str, list[Comparison]] = {}
-        for comparison in self.comparisons:
-            frames.setdefault(comparison.frame, []).append(comparison)
-        return tuple(
-            min(
-                frames.values(),
-                key=lambda cs: (sum(c.estimate is None for c in cs), min(c.visible for c in cs)),
-            )
-        )
-
 
 @dataclass(slots=True)
 class Demo:

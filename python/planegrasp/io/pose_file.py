@@ -66,12 +66,14 @@ class Poses:
 
     Attributes:
         T_base_object: pose of the object in the robot's base, also from the camera's.
+        T_base_camera: pose of the camera's optical frame in the robot's base.
         T_base_gripper: pose of the gripper in the robot's base.
         how: what it says of opening, approach, pregrasp_distance and force, by name; see
             `CanonicalGrasp`.
     """
 
     T_base_object: RigidTransform | None
+    T_base_camera: RigidTransform | None
     T_base_gripper: RigidTransform | None
     how: Mapping[str, object]
 
@@ -85,8 +87,8 @@ def read_poses(path: str | Path) -> Poses:
     """
     path = Path(path)
     parsed = _parse(path)
-    if (parsed.T_base_camera is None) != (parsed.T_camera_object is None):
-        raise SourceError(f"pose file {path}: T_base_camera and T_camera_object go together")
+    if parsed.T_camera_object is not None and parsed.T_base_camera is None:
+        raise SourceError(f"pose file {path}: T_camera_object needs T_base_camera, too")
     if parsed.T_base_object is not None and parsed.T_base_camera is not None:
         raise SourceError(
             f"pose file {path}: give T_base_object, or T_base_camera and T_camera_object, not both"
@@ -99,7 +101,7 @@ def read_poses(path: str | Path) -> Poses:
     how = parsed.model_dump(
         include={"opening", "approach", "pregrasp_distance", "force"}, exclude_none=True
     )
-    return Poses(T_base_object, _pose(path, parsed, "T_base_gripper"), how)
+    return Poses(T_base_object, T_base_camera, _pose(path, parsed, "T_base_gripper"), how)
 
 
 def _parse(path: Path) -> _PoseFile:

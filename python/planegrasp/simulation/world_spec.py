@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from planegrasp.robot import Robot
     from planegrasp.simulation.supports import Support
 
-OBJECT, FLOOR, WELD = "object", "floor", "held"
+OBJECT, FLOOR, WELD, VIEWPOINT = "object", "floor", "held", "viewpoint"
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +33,8 @@ class WorldConfig:
         floor_color: RGB 0 … 1.
         timestep: of the simulation [s].
         impratio: how much stiffer friction is than normal forces. Without, what is held creeps.
+        viewpoint: optical frame, in the world of the robot's model, from which somebody looks on:
+            the site `VIEWPOINT`.
     """
 
     mass: float = 0.4
@@ -42,6 +44,7 @@ class WorldConfig:
     floor_color: tuple[float, float, float] = (0.46, 0.42, 0.38)
     timestep: float = 0.002
     impratio: float = 10.0
+    viewpoint: RigidTransform | None = None
 
 
 def world_spec(
@@ -70,6 +73,10 @@ def world_spec(
         pos=[0.0, 0.0, config.floor_height],
         rgba=[*config.floor_color, 1.0],
     )
+    if config.viewpoint is not None:
+        x, y, z, w = config.viewpoint.rotation.as_quat()
+        position = config.viewpoint.translation
+        spec.worldbody.add_site(name=VIEWPOINT, pos=position, quat=[w, x, y, z], group=4)
     support.add_to(spec, T_world_object, object_model.outer_body, config.floor_height)
     x, y, z, w = T_world_object.rotation.as_quat()
     box = spec.worldbody.add_body(name=OBJECT, pos=T_world_object.translation, quat=[w, x, y, z])

@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 import math
-from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 
+from planegrasp.viz.drawing import (
+    FARTHEST_PX,
+    SUBPIXEL_BITS,
+    arrow,
+    blended,
+    fill,
+    fixed_point,
+    polygon,
+    rounded,
+)
 from planegrasp.viz.geometry import axis_ends, face_outline, face_size
 from planegrasp.viz.palette import AXIS_COLORS, INK, color_of, readable_on
 from planegrasp.viz.text import SEMIBOLD, draw_text, text_width
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -26,8 +35,6 @@ if TYPE_CHECKING:
     Float64Array = NDArray[np.float64]
     Box = tuple[int, int, int, int]  # left, top, width, height [px]
 
-_SUBPIXEL_BITS = 4
-_FARTHEST_PX = 30_000.0
 _TINT, _SHADE, _LABEL = 0.10, 0.45, 0.92  # opacities of the face's tint, of shadows, of labels
 
 
@@ -70,12 +77,12 @@ def _draw_outlines(
     image: Image, frame: RGBDFrame, detection: Detection, color: RGB, unit: float
 ) -> None:
     for face in detection.faces:
-        outline = _fixed_point(face_outline(face, frame.camera))
-        with _blended(image, _TINT) as layer:
-            _fill(layer, outline, color)
-        with _blended(image, _SHADE) as layer:
-            _polygon(layer, outline, INK, 4.5 * unit)
-        _polygon(image, outline, color, 2 * unit)
+        outline = fixed_point(face_outline(face, frame.camera))
+        with blended(image, _TINT) as layer:
+            fill(layer, outline, color)
+        with blended(image, _SHADE) as layer:
+            polygon(layer, outline, INK, 4.5 * unit)
+        polygon(image, outline, color, 2 * unit)
 
 
 def _draw_axes(image: Image, frame: RGBDFrame, detection: Detection, unit: float) -> None:
@@ -89,14 +96,14 @@ def _draw_axes(image: Image, frame: RGBDFrame, detection: Detection, unit: float
     # The axis whose end is farthest away first, so that nearer ones cover it.
     depths = detection.pose.T_camera_object.rotation.as_matrix()[2]
     order = np.argsort(-depths)
-    with _blended(image, _SHADE) as layer:
+    with blended(image, _SHADE) as layer:
         for axis in order:
-            _arrow(layer, origin, tips[axis], INK, 5 * unit)
+            arrow(layer, origin, tips[axis], INK, 5 * unit)
     for axis in order:
-        _arrow(image, origin, tips[axis], AXIS_COLORS[axis], 3 * unit)
-    center = _fixed_point(origin[None])[0]
-    radius = round(2.5 * unit * 2**_SUBPIXEL_BITS)
-    cv2.circle(image, center.tolist(), radius, (255, 255, 255), -1, cv2.LINE_AA, _SUBPIXEL_BITS)
+        arrow(image, origin, tips[axis], AXIS_COLORS[axis], 3 * unit)
+    center = fixed_point(origin[None])[0]
+    radius = round(2.5 * unit * 2**SUBPIXEL_BITS)
+    cv2.circle(image, center.tolist(), radius, (255, 255, 255), -1, cv2.LINE_AA, SUBPIXEL_BITS)
 
 
 def _draw_label(
@@ -108,8 +115,8 @@ def _draw_label(
     height = round(1.15 * size + 1.25 * small) + 2 * pad
     corners = np.vstack([face.corners for face in detection.faces])
     left, top, *_ = box = place_label(corners, (width, height), image, round(8 * unit), avoid)
-    with _blended(image, _LABEL) as layer:
-        _rounded(layer, box, color, round(4 * unit))
+    with blended(image, _LABEL) as layer:
+        rounded(layer, box, color, round(4 * unit))
     ink = readable_on(color)
     baseline = top + pad + round(0.85 * size)
     draw_text(image, title, (left + pad, baseline), ink, size=size, weight=SEMIBOLD)
@@ -174,7 +181,7 @@ def place_label(
 def _bounds(detection: Detection) -> Box:
     """The box around an object's faces."""
     corners = np.vstack([face.corners for face in detection.faces])
-    near = np.clip(corners, -_FARTHEST_PX, _FARTHEST_PX)
+    near = np.clip(corners, -FARTHEST_PX, FARTHEST_PX)
     left, top = near.min(axis=0)
     width, height = near.max(axis=0) - (left, top)
     return int(left), int(top), int(width), int(height)
@@ -185,57 +192,3 @@ def _overlap(a: Box, b: Box) -> int:
     width = min(a[0] + a[2], b[0] + b[2]) - max(a[0], b[0])
     height = min(a[1] + a[3], b[1] + b[3]) - max(a[1], b[1])
     return max(width, 0) * max(height, 0)
-
-
-@contextmanager
-def _blended(image: Image, opacity: float) -> Iterator[Image]:
-    """A layer to draw on, laid over the image with this opacity at the end."""
-    layer = image.copy()
-    yield layer
-    cv2.addWeighted(layer, opacity, image, 1 - opacity, 0, dst=image)
-
-
-def _fixed_point(points: Float64Array) -> NDArray[np.int32]:
-    """N×2 pixels as the fixed-point numbers that OpenCV draws fractions of a pixel with."""
-    near = np.clip(points, -_FARTHEST_PX, _FARTHEST_PX)
-    fixed: NDArray[np.int32] = np.rint(near * 2**_SUBPIXEL_BITS).astype(np.int32)
-    return fixed
-
-
-def _polygon(image: Image, points: NDArray[np.int32], color: RGB, thickness: float) -> None:
-    cv2.polylines(image, [points], True, color, round(thickness), cv2.LINE_AA, _SUBPIXEL_BITS)
-
-
-def _fill(image: Image, points: NDArray[np.int32], color: RGB) -> None:
-    cv2.fillPoly(image, [points], color, cv2.LINE_AA, _SUBPIXEL_BITS)
-
-
-def _arrow(
-    image: Image, start: Float64Array, end: Float64Array, color: RGB, thickness: float
-) -> None:
-    """A line with a solid head whose tip is at `end`."""
-    along = end - start
-    length = float(np.linalg.norm(along))
-    if length < 1.0:
-        return
-    along = along / length
-    across = np.array([-along[1], along[0]])
-    head = min(4 * thickness, 0.5 * length)
-    base = end - head * along
-    a, b = _fixed_point(np.array([start, base + 0.3 * head * along]))
-    cv2.line(image, a.tolist(), b.tolist(), color, round(thickness), cv2.LINE_AA, _SUBPIXEL_BITS)
-    _fill(
-        image,
-        _fixed_point(np.array([end, base + 0.4 * head * across, base - 0.4 * head * across])),
-        color,
-    )
-
-
-def _rounded(image: Image, box: Box, color: RGB, radius: int) -> None:
-    left, top, width, height = box
-    right, bottom = left + width - 1, top + height - 1
-    cv2.rectangle(image, (left + radius, top), (right - radius, bottom), color, -1)
-    cv2.rectangle(image, (left, top + radius), (right, bottom - radius), color, -1)
-    for x in (left + radius, right - radius):
-        for y in (top + radius, bottom - radius):
-            cv2.circle(image, (x, y), radius, color, -1, cv2.LINE_AA)
