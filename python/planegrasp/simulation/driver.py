@@ -49,6 +49,7 @@ class DriverConfig:
         watch: how often contacts are looked at [s].
         press: share of the commanded force with which fingers press on what they hold.
         reaction: time from the grip until the support lets go [s].
+        flicker: a contact lost for less than this is none that a person feels [s].
         frame_rate: of the camera [Hz].
         latency: from taking a frame to knowing what is in it [s].
     """
@@ -57,6 +58,7 @@ class DriverConfig:
     watch: float = 0.01
     press: float = 0.5
     reaction: float = 0.25
+    flicker: float = 0.05
     frame_rate: float = 10.0
     latency: float = 0.1
 
@@ -153,6 +155,7 @@ class SimulatedArm:
         self._config = config or DriverConfig()
         self._force = 0.0
         self._gripped_since: float | None = None
+        self._gripped_last = -np.inf
         self._released: tuple[float, RigidTransform, Float64Array] | None = None
         self.collisions: dict[str, float] = {}
         self.released_at: RigidTransform | None = None
@@ -209,11 +212,15 @@ class SimulatedArm:
                 self.collisions.setdefault(what, world.time)
         if world.is_released:
             return
-        if not self.is_gripping:
+        if self.is_gripping:
+            self._gripped_last = world.time
+            if self._gripped_since is None:
+                self._gripped_since = world.time
+        elif world.time - self._gripped_last > self._config.flicker:
             self._gripped_since = None
-        elif self._gripped_since is None:
-            self._gripped_since = world.time
-        elif world.time - self._gripped_since >= self._config.reaction:
+        if self._gripped_since is None:
+            return
+        if world.time - self._gripped_since >= self._config.reaction:
             world.release()
             self.released_at = world.T_base_object
             self.gripped_at = world.T_base_gripper.inv() * world.T_base_object

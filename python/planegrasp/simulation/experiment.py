@@ -34,6 +34,9 @@ __all__ = ["KINECT", "Experiment", "Region", "Setting", "facing", "random_pose"]
 KINECT = PinholeCamera(640, 480, 525.0, 525.0, 319.5, 239.5)
 """The Kinect v1's colour camera, to which its depth is aligned."""
 
+# A person keeps hand and arm so far from the robot, and moves by little less [m].
+_KEPT_AWAY = 0.10
+
 Kind = Literal["static", "handheld"]
 
 
@@ -104,13 +107,20 @@ class Experiment:
         self.executor = GraspExecutor(self.robot)
 
     def setting(self, kind: Kind, seed: int) -> Setting:
-        """Draw a setting: the same for the same kind and seed."""
+        """Draw a setting: the same for the same kind and seed.
+
+        Nobody puts a tripod into a robot, or an arm around it: such a setting is drawn anew.
+        """
         rng = np.random.default_rng([seed, kind == "handheld"])
-        thing = self.things[int(rng.integers(len(self.things)))]
         camera = self.robot.T_base_camera(self.robot.home).translation
-        T, tilt = random_pose(rng, self.region, camera)
-        hold = self.holds[int(rng.integers(len(self.holds)))] if kind == "handheld" else None
-        return Setting(kind, thing, T, tilt, hold, seed)
+        while True:
+            thing = self.things[int(rng.integers(len(self.things)))]
+            T, tilt = random_pose(rng, self.region, camera)
+            hold = self.holds[int(rng.integers(len(self.holds)))] if kind == "handheld" else None
+            setting = Setting(kind, thing, T, tilt, hold, seed)
+            room = self.world(setting).clearance("robot", "support")
+            if room > (_KEPT_AWAY if kind == "handheld" else 0.0):
+                return setting
 
     def world(self, setting: Setting) -> World:
         """The world of a setting, before anything moves."""

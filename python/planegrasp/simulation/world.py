@@ -27,6 +27,10 @@ if TYPE_CHECKING:
 __all__ = ["Contact", "Grip", "Hand", "Tripod", "World", "WorldConfig"]
 
 
+# Distances beyond this are not told apart [m].
+_FARTHEST = 10.0
+
+
 @dataclass(frozen=True, slots=True)
 class Grip:
     """How the fingers hold the object.
@@ -203,6 +207,19 @@ class World:
             min_force: leave out contacts with less normal force [N].
         """
         return contacts(self.model, self.data, self.groups, (first, second), min_force)
+
+    def clearance(self, first: str, second: str) -> float:
+        """Distance between two groups of `contacts` [m]; negative where they are in each other."""
+        of = {
+            group: [i for i, name in enumerate(self.groups) if name == group]
+            for group in (first, second)
+        }
+        distances = (
+            mujoco.mj_geomDistance(self.model, self.data, a, b, _FARTHEST, None)
+            for a in of[first]
+            for b in of[second]
+        )
+        return min(distances, default=_FARTHEST)
 
     def grip(self) -> Grip:
         """How the fingers hold the object."""
