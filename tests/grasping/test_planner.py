@@ -301,3 +301,22 @@ def test_a_grasp_is_only_as_good_as_its_approach(pr2, carton_model, before_pr2):
     text = reason(pr2, replace(carton_model, grasps=[through]), before_pr2)
     assert text.startswith("no straight way to it: ")
     assert "object" in text
+
+
+def test_what_leaves_with_the_grip_is_not_in_the_way_of_the_lift(
+    pr2, carton_model, before_pr2, side_plan
+):
+    """A hand above the palm is in the way of the lift, until it has let go."""
+    model = with_grasps(carton_model, "side")
+    over = side_plan.T_base_gripper.apply([-0.12, 0.0, 0.0]) + np.array([0.0, 0.0, 0.10])
+    hand = Obstacle("hand", (0.03, 0.03, 0.03), RigidTransform.from_translation(over))
+    planner, scene = GraspPlanner(pr2), Scene((hand,))
+    stays = planner.plan_at(model, before_pr2, scene=scene, supports=("hand",))
+    assert not stays
+    assert "cannot be lifted" in stays.reasons["side"]
+    assert "hand" in stays.reasons["side"]
+    leaves = planner.plan_at(model, before_pr2, scene=scene, supports=("hand",), leaving=("hand",))
+    assert leaves
+    check_paths(pr2, leaves)
+    with pytest.raises(InvalidInputError, match="no obstacle is called foot"):
+        planner.plan_at(model, before_pr2, scene=scene, leaving=("foot",))

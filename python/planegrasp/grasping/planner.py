@@ -20,11 +20,12 @@ from planegrasp.grasping.clearance import GripperShape, extent_between_fingers
 from planegrasp.grasping.doubts import closing_sigma, doubt
 from planegrasp.grasping.plan import GraspAssessment, GraspPlan, GraspRefusal
 from planegrasp.robot.collision import CollisionChecker
+from planegrasp.robot.collision_model import body_names
 from planegrasp.robot.ik import IKConfig
 from planegrasp.robot.kinematics import Kinematics
 from planegrasp.robot.motion import MotionConfig, plan_path, straight_line
 from planegrasp.robot.path import MotionFailure
-from planegrasp.robot.scene import ObjectBody, Scene
+from planegrasp.robot.scene import OBJECT, ObjectBody, Scene
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -116,6 +117,7 @@ class GraspPlanner:
         scene: Scene | None = None,
         start: RobotState | None = None,
         supports: Iterable[str] = (),
+        leaving: Iterable[str] = (),
     ) -> GraspPlan | GraspRefusal:
         """Plan to grasp a detected object.
 
@@ -125,6 +127,7 @@ class GraspPlanner:
             scene: obstacles; none where None. The object itself is added.
             start: where the robot's joints are; at home where None.
             supports: names of obstacles that the object stands on or hangs from.
+            leaving: names of obstacles that go away once the object is gripped: a hand.
 
         Returns:
             A plan, or a refusal with a reason for each grasp.
@@ -151,6 +154,7 @@ class GraspPlanner:
             scene=scene,
             start=start,
             supports=supports,
+            leaving=leaving,
         )
 
     def plan_at(
@@ -162,6 +166,7 @@ class GraspPlanner:
         scene: Scene | None = None,
         start: RobotState | None = None,
         supports: Iterable[str] = (),
+        leaving: Iterable[str] = (),
     ) -> GraspPlan | GraspRefusal:
         """Plan to grasp an object whose pose is known; see `plan` for the other arguments.
 
@@ -172,6 +177,7 @@ class GraspPlanner:
             scene: see `plan`.
             start: see `plan`.
             supports: see `plan`.
+            leaving: see `plan`.
         """
         check_unique(model.grasps, model.name)
         if not model.grasps:
@@ -186,6 +192,7 @@ class GraspPlanner:
             self.config,
             self.robot.home if start is None else start,
             (scene or Scene()).with_object(lying),
+            frozenset(leaving),
         )
         judged = [
             attempt.judge(grasp, model, T_base_object, covariance, self._widest)
@@ -241,13 +248,21 @@ class _Attempt:
     """What one call of the planner works with: the robot where it stands, in its scene."""
 
     def __init__(
-        self, robot: Robot, config: PlannerConfig, start: RobotState, scene: Scene
+        self,
+        robot: Robot,
+        config: PlannerConfig,
+        start: RobotState,
+        scene: Scene,
+        leaving: frozenset[str],
     ) -> None:
         self._config = config
         self._start = robot.arm(start)
         self._kinematics = Kinematics(robot, start, config.inverse)
         self._checker = CollisionChecker(robot, scene, state=start)
         self._lying = scene.object
+        scene.check_names(leaving)
+        movers = (*body_names(robot.model), OBJECT)
+        self._gone = frozenset(frozenset((mover, name)) for mover in movers for name in leaving)
 
     def judge(
         self,
@@ -330,7 +345,13 @@ class _Attempt:
         up = grasp.adapt(T_base_object)
         raised = RigidTransform.from_translation([0.0, 0.0, self._config.lift]) * up
         lift = straight_line(
-            self._kinematics, self._checker, candidate.q, raised, opening=opening, config=motion
+            self._kinematics,
+            self._checker,
+            candidate.q,
+            raised,
+            opening=opening,
+            allowed=self._gone,
+            config=motion,
         )
         if isinstance(lift, MotionFailure):
             return f"it cannot be lifted by {self._config.lift:g} m: {lift.reason}"

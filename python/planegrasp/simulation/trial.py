@@ -143,7 +143,12 @@ def run_trial(
     trial.state, trial.T_base_object = arm.state, world.T_base_object
     begun = time.thread_time()
     plan = trial.plan = planner.plan(
-        detection, world.T_base_camera, scene=scene, start=arm.state, supports=supports
+        detection,
+        world.T_base_camera,
+        scene=scene,
+        start=arm.state,
+        supports=supports,
+        leaving=supports if moving else (),
     )
     trial.plan_seconds = time.thread_time() - begun
     if isinstance(plan, GraspRefusal):
