@@ -39,7 +39,7 @@ format: build
 	cargo fmt
 
 bench: build
-	for name in tilt objects pose negatives; do \
+	for name in tilt objects pose negatives grasp; do \
 		$(BIN)/planegrasp bench $$name --json out/bench/$$name.json || exit 1; done
 
 # Half a minute a target, with nightly Rust and cargo-fuzz; CONTRIBUTING.md says more.
