@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from planegrasp.bench import estimators, negatives, objects, pose, recorded, tilt
+from planegrasp.bench import estimators, grasp, negatives, objects, pose, recorded, tilt
 from planegrasp.bench.scenes import CAMERA, facing_pose, random_pose, rectangles
 from planegrasp.bench.textures import background, random_background
 from planegrasp.demo.objects import demo_objects
@@ -215,3 +215,14 @@ def test_recorded_tells_a_wrong_truth_from_a_wrong_pose(tmp_path):
 def test_recorded_says_which_truth_it_misses(tmp_path):
     with pytest.raises(SourceError, match=r"ground_truth\.json: no ground truth"):
         _ = recorded.RecordedSettings(tmp_path).steps
+
+
+def test_grasp_does_experiments_and_judges_them():
+    settings = grasp.GraspSettings(static=2, handheld=0, sides=("side",), jobs=1)
+    figures = run(grasp, settings).figures
+    for name in ("static.success", "handheld.success", "unreachable.refused", "robot_collisions"):
+        assert name in figures
+    for name in ("gripper_mm", "gripper_deg", "plan_seconds"):
+        assert 0 < figures[f"{name}_median"] < 5
+    assert np.isnan(figures["handheld.success"])
+    assert figures["static.reachable"] + figures["unreachable.poses"] <= 2

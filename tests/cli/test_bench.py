@@ -58,7 +58,16 @@ def test_the_number_of_frames_can_be_chosen(tmp_path):
 
 
 def test_every_benchmark_has_help(capsys):
-    for name in ("tilt", "objects", "pose", "negatives", "recorded", "estimators"):
+    for name in (
+        "tilt",
+        "objects",
+        "speed",
+        "pose",
+        "negatives",
+        "recorded",
+        "estimators",
+        "grasp",
+    ):
         assert run(name, "--help") == 0
         out = capsys.readouterr().out
         for option in ("--seed", "--quick", "--json"):
