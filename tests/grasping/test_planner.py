@@ -11,6 +11,7 @@ from planegrasp.detection import Detection
 from planegrasp.errors import GraspError, InvalidInputError
 from planegrasp.geometry import RigidTransform, Rotation, euler_from_rotation, rotation_angle
 from planegrasp.grasping import CanonicalGrasp
+from planegrasp.grasping.obstacles import holding
 from planegrasp.grasping.planner import GraspPlanner, PlannerConfig
 from planegrasp.robot import Robot
 from planegrasp.robot.collision import CollisionChecker
@@ -201,6 +202,26 @@ def test_an_obstacle_that_supports_the_object_may_touch_it(pr2, carton_model, be
     assert planner.plan_at(model, before_pr2, scene=Scene((post,)), supports=("post",))
     with pytest.raises(InvalidInputError, match="no obstacle is called pole"):
         planner.plan_at(model, before_pr2, scene=Scene((post,)), supports=("pole",))
+
+
+def test_a_support_that_is_above_stops_the_lift(pr2, carton_model, before_pr2):
+    """What is 15 mm above counts as holding the object, but it does not go through it."""
+    model = with_grasps(carton_model, "side")
+    half = np.array(model.outer_body.size) / 2
+
+    def board(y):
+        return Obstacle(
+            "board", (0.05, 0.02, 0.1), before_pr2 * RigidTransform.from_translation([-0.04, y, 0])
+        )
+
+    planner = GraspPlanner(pr2)
+    above = Scene((board(half[1] + 0.025),))
+    assert holding(above.obstacles, before_pr2, model.outer_body) == ("board",)
+    refused = planner.plan_at(model, before_pr2, scene=above, supports=("board",))
+    assert not refused
+    assert refused.reasons["side"].endswith("object goes into board")
+    below = Scene((board(-half[1] - 0.011),))
+    assert planner.plan_at(model, before_pr2, scene=below, supports=("board",))
 
 
 def test_without_grasps_it_says_how_to_teach_one(pr2, carton_model, before_pr2):

@@ -46,6 +46,10 @@ if TYPE_CHECKING:
 __all__ = ["GraspPlanner", "PlannerConfig"]
 
 
+# What the object rests on is not known better than this [m].
+_RESTING = 0.003
+
+
 @dataclass(frozen=True, slots=True)
 class PlannerConfig:
     """What a grasp must fulfil, and how much is tried.
@@ -269,6 +273,7 @@ class _Attempt:
         self._lying = scene.object
         scene.check_names(leaving)
         movers = (*body_names(robot.model), OBJECT)
+        self._leaving = leaving
         self._gone = frozenset(frozenset((mover, name)) for mover in movers for name in leaving)
 
     def judge(
@@ -368,6 +373,9 @@ class _Attempt:
         )
         if isinstance(lift, MotionFailure):
             return f"it cannot be lifted by {self._config.lift:g} m: {lift.reason}"
+        against = self._lifted_into(lift, opening)
+        if against:
+            return f"it cannot be lifted by {self._config.lift:g} m: object goes into {against}"
         self._checker.set_object(lying)
         move = plan_path(
             self._checker,
@@ -380,6 +388,16 @@ class _Attempt:
         if isinstance(move, MotionFailure):
             return f"no way to its pre-grasp: {move.reason}"
         return move, back.reversed(), lift
+
+    def _lifted_into(self, lift: Path, opening: float) -> str:
+        """The support that the held object gets deeper into as it rises; "" without."""
+        resting = self._checker.depth_in_supports(lift.start, opening)
+        for q in lift.q:
+            for name, depth in self._checker.depth_in_supports(q, opening).items():
+                before = max(resting.get(name, 0.0), self._checker.config.margin)
+                if name not in self._leaving and depth > before + _RESTING:
+                    return name
+        return ""
 
     def _candidate(
         self, grasp: CanonicalGrasp, solution: IKSolution, fit: float, figures: dict[str, float]
