@@ -27,6 +27,7 @@ __all__ = [
     "PinholeCamera",
     "RigidTransform",
     "Rotation",
+    "checked_transform",
     "edge_from_pixel",
     "euler_from_rotation",
     "pixel_from_edge",
@@ -195,6 +196,24 @@ def rigid_transform(matrix: ArrayLike, *, tolerance: float = 1e-4) -> RigidTrans
     if np.linalg.det(R) < 0:
         raise InvalidInputError("the upper left 3×3 mirrors (determinant -1): axes are swapped")
     return RigidTransform.from_components(T[:3, 3], Rotation.from_matrix(R))
+
+
+def checked_transform(value: RigidTransform | ArrayLike, what: str) -> RigidTransform:
+    """The same transform, or that of a 4×4 matrix; what is not rigid and finite is refused.
+
+    Args:
+        value: to check.
+        what: how the error calls it.
+
+    Raises:
+        InvalidInputError: see `rigid_transform`.
+    """
+    if isinstance(value, RigidTransform):
+        value = value.as_matrix()
+    try:
+        return rigid_transform(value)
+    except InvalidInputError as error:
+        raise InvalidInputError(f"{what}: {error}") from error
 
 
 def transform_from_quaternion(translation: ArrayLike, quaternion: ArrayLike) -> RigidTransform:

@@ -41,8 +41,8 @@ class PoseFilterConfig:
         tremor: standard deviation [m] of a motion too fast to follow, which a measured position
             has beside its own error.
         angular_tremor: the same for the rotation [rad].
-        gate: measurements farther than this Mahalanobis distance from the prediction are refused;
-            5 refuses one of 30 000 good ones.
+        gate: measurements whose squared Mahalanobis distance from the prediction is more than its
+            square above the expected 6 are refused; 5 refuses one of 40 000 good ones.
     """
 
     linear_acceleration: float = 0.1

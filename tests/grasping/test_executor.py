@@ -356,6 +356,16 @@ def test_an_arm_that_is_somewhere_else_does_not_move(pr2, side_plan, body):
     run.check_speeds()
 
 
+def test_a_torso_that_is_somewhere_else_is_noticed(pr2, side_plan, body):
+    """The arm's joints are where the plan begins, but the shoulder is 0.1 m too low."""
+    lower = pr2.with_joints(pr2.home, {"torso_lift": pr2.joint(pr2.home, "torso_lift") - 0.1})
+    run = Run(pr2, side_plan, start=lower)
+    with pytest.raises(InvalidInputError, match=r"leads 100 mm beside its grasp"):
+        run(body)
+    assert len(run.arm.commands) == 1
+    assert run.arm.grips == []
+
+
 def test_a_clock_that_stands_still_is_an_error(pr2, side_plan, body):
     run = Run(pr2, side_plan, leap=-CONFIG.period)
     with pytest.raises(RobotError, match=r"clock stands still at 0 s"):

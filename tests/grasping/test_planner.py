@@ -11,6 +11,7 @@ from planegrasp.detection import Detection
 from planegrasp.errors import GraspError, InvalidInputError
 from planegrasp.geometry import RigidTransform, Rotation, euler_from_rotation, rotation_angle
 from planegrasp.grasping import CanonicalGrasp
+from planegrasp.grasping.obstacles import holding
 from planegrasp.grasping.planner import GraspPlanner, PlannerConfig
 from planegrasp.robot import Robot
 from planegrasp.robot.collision import CollisionChecker
@@ -203,6 +204,26 @@ def test_an_obstacle_that_supports_the_object_may_touch_it(pr2, carton_model, be
         planner.plan_at(model, before_pr2, scene=Scene((post,)), supports=("pole",))
 
 
+def test_a_support_that_is_above_stops_the_lift(pr2, carton_model, before_pr2):
+    """What is 15 mm above counts as holding the object, but it does not go through it."""
+    model = with_grasps(carton_model, "side")
+    half = np.array(model.outer_body.size) / 2
+
+    def board(y):
+        return Obstacle(
+            "board", (0.05, 0.02, 0.1), before_pr2 * RigidTransform.from_translation([-0.04, y, 0])
+        )
+
+    planner = GraspPlanner(pr2)
+    above = Scene((board(half[1] + 0.025),))
+    assert holding(above.obstacles, before_pr2, model.outer_body) == ("board",)
+    refused = planner.plan_at(model, before_pr2, scene=above, supports=("board",))
+    assert not refused
+    assert refused.reasons["side"].endswith("object goes into board")
+    below = Scene((board(-half[1] - 0.011),))
+    assert planner.plan_at(model, before_pr2, scene=below, supports=("board",))
+
+
 def test_without_grasps_it_says_how_to_teach_one(pr2, carton_model, before_pr2):
     refusal = GraspPlanner(pr2).plan_at(replace(carton_model, grasps=[]), before_pr2)
     assert not refusal
@@ -268,7 +289,9 @@ def test_a_pose_too_uncertain_for_the_clearance_is_refused(pr2, carton_model, be
     assert planner.plan_at(model, before_pr2, covariance=np.diag([0.015**2, *[1e-8] * 5]))
 
 
-@pytest.mark.parametrize("arguments", [{"lift": 0.0}, {"fit": 1.0}, {"translation_sigma": -1.0}])
+@pytest.mark.parametrize(
+    "arguments", [{"lift": 0.0}, {"fit": 1.0}, {"translation_sigma": -1.0}, {"seed": -1}]
+)
 def test_a_config_out_of_range_is_refused(arguments):
     with pytest.raises(InvalidInputError, match=next(iter(arguments))):
         PlannerConfig(**arguments)
@@ -301,6 +324,34 @@ def test_a_grasp_is_only_as_good_as_its_approach(pr2, carton_model, before_pr2):
     text = reason(pr2, replace(carton_model, grasps=[through]), before_pr2)
     assert text.startswith("no straight way to it: ")
     assert "object" in text
+
+
+@pytest.mark.parametrize("y", [-1.0, 1.0])
+def test_a_finger_does_not_go_through_the_object(pr2, carton_model, before_pr2, y):
+    """Along y one of the open fingers would have to come through the box, along z none."""
+    side = next(g for g in carton_model.grasps if g.name == "side")
+    grasps = [replace(side, name="across", approach=(0.0, y, 0.0))]
+    text = reason(pr2, replace(carton_model, grasps=grasps), before_pr2)
+    assert text.startswith("no straight way to it: on it, r_gripper_")
+    assert text.endswith("deep in object")
+    grasps = [replace(side, name="along", approach=(0.0, 0.0, y))]
+    plan = GraspPlanner(pr2).plan_at(replace(carton_model, grasps=grasps), before_pr2)
+    assert plan, plan.reasons
+    check_paths(pr2, plan)
+
+
+def test_transforms_may_be_matrices_and_must_be_finite(pr2, carton_model, before_pr2):
+    T_base_camera = pr2.T_base_camera(pr2.home)
+    detection = detection_of(carton_model, T_base_camera.inv() * before_pr2)
+    planner = GraspPlanner(pr2)
+    plan = planner.plan(detection, T_base_camera.as_matrix())
+    assert plan, plan.reasons
+    assert_near(plan.T_base_object, before_pr2)
+    nowhere = RigidTransform.from_translation([np.nan, 0.0, 0.0])
+    with pytest.raises(InvalidInputError, match=r"^T_base_camera: .* finite"):
+        planner.plan(detection, nowhere)
+    with pytest.raises(InvalidInputError, match=r"^T_base_object: .* finite"):
+        planner.plan_at(carton_model, nowhere)
 
 
 def test_what_leaves_with_the_grip_is_not_in_the_way_of_the_lift(

@@ -96,7 +96,8 @@ class Outcome:
 def taught_experiment(sides: Sequence[str] = SIDES) -> Experiment:
     """A PR2 that was shown each grasp of each object once, in one pose.
 
-    A side that the arm does not reach at any of the places for showing is left out.
+    Raises:
+        TeachingError: a side that the arm does not reach, or the camera does not see.
     """
     robot = Robot.pr2()
     things = (cracker_box(), picture_book())

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planegrasp.checks import check_name
-from planegrasp.errors import GraspError, InvalidInputError
-from planegrasp.geometry import RigidTransform, euler_from_rotation, rigid_transform
+from planegrasp.errors import GraspError
+from planegrasp.geometry import RigidTransform, checked_transform, euler_from_rotation
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -61,7 +61,7 @@ class CanonicalGrasp:
         what = f"grasp {self.name!r}"
         for part in self.name.split("/") if isinstance(self.name, str) else (self.name,):
             check_name(part, "a grasp, or part of one")
-        T = _transform(self.T_object_gripper, f"{what}: T_object_gripper")
+        T = checked_transform(self.T_object_gripper, f"{what}: T_object_gripper")
         distance = float(np.linalg.norm(T.translation))
         if distance > _FARTHEST:
             raise GraspError(f"{what}: {_too_far(distance)}")
@@ -106,8 +106,8 @@ class CanonicalGrasp:
                 which transform, inverted, would put it near.
             InvalidInputError: see the class.
         """
-        T_o = _transform(T_base_object, f"grasp {name!r}: T_base_object")
-        T_g = _transform(T_base_gripper, f"grasp {name!r}: T_base_gripper")
+        T_o = checked_transform(T_base_object, f"grasp {name!r}: T_base_object")
+        T_g = checked_transform(T_base_gripper, f"grasp {name!r}: T_base_gripper")
         T_object_gripper = T_o.inv() * T_g
         distance = float(np.linalg.norm(T_object_gripper.translation))
         if distance > _FARTHEST:
@@ -122,11 +122,11 @@ class CanonicalGrasp:
 
     def adapt(self, T_base_object: RigidTransform | ArrayLike) -> RigidTransform:
         """T_base_gripper = T_base_object · T_object_gripper (paper, eq. 11)."""
-        return _transform(T_base_object, "T_base_object") * self.T_object_gripper
+        return checked_transform(T_base_object, "T_base_object") * self.T_object_gripper
 
     def pregrasp(self, T_base_object: RigidTransform | ArrayLike) -> RigidTransform:
         """Pose of the gripper in the base before it approaches an object at this pose."""
-        return _transform(T_base_object, "T_base_object") * self.T_object_pregrasp
+        return checked_transform(T_base_object, "T_base_object") * self.T_object_pregrasp
 
     def euler(self, T_base_object: RigidTransform | ArrayLike) -> tuple[float, float, float]:
         """Roll, pitch, yaw (φ, θ, ψ) of the adapted gripper in the base (paper, eq. 12) [rad]."""
@@ -160,15 +160,6 @@ def check_unique(grasps: Iterable[CanonicalGrasp], name: str) -> None:
                 f"as the same): rename or remove one"
             )
         seen.add(grasp.name.lower())
-
-
-def _transform(value: RigidTransform | ArrayLike, what: str) -> RigidTransform:
-    if isinstance(value, RigidTransform):
-        value = value.as_matrix()
-    try:
-        return rigid_transform(value)
-    except InvalidInputError as error:
-        raise InvalidInputError(f"{what}: {error}") from error
 
 
 def _within(value: float, most: float, what: str) -> float:

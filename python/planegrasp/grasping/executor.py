@@ -164,7 +164,8 @@ class GraspExecutor:
             an open gripper, as far as nothing stopped it there (then the reason says so).
 
         Raises:
-            InvalidInputError: the arm is somewhere else, or there are eyes without a sighting.
+            InvalidInputError: the arm, or a joint beside it such as a torso, is somewhere else than
+                planned, or there are eyes without a sighting.
             RobotError: the arm's clock stands still.
         """
         target = None
@@ -212,4 +213,11 @@ class GraspExecutor:
             raise InvalidInputError(
                 f"the arm must stand where the plan begins: {self.robot.arm_joints[worst]} is "
                 f"{distance[worst]:.2f} away from there, at most {_AT_START:g} is right"
+            )
+        missed = way.misses_grasp_by()
+        if missed > self.config.position_tolerance:
+            raise InvalidInputError(
+                f"with the robot as it stands the plan leads {1000 * missed:.0f} mm beside its "
+                f"grasp: joints beside the arm are not where they were when it was planned; give "
+                f"the planner the robot's state as `start`"
             )

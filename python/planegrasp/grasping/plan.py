@@ -23,7 +23,8 @@ class GraspAssessment:
 
     Attributes:
         grasp: its name.
-        accepted: whether the arm can do it.
+        accepted: whether the arm can do it; of grasps that a plan did not choose, as far as can be
+            said without a path.
         reason: why not, in words with its figures; "" where accepted.
         score: 0 … 1 of an accepted grasp, larger is better.
         figures: the numbers by name, as far as it got: `position_error` [m] and `rotation_error`
@@ -78,7 +79,7 @@ class GraspPlan:
 
     @property
     def reasons(self) -> dict[str, str]:
-        """Why each other grasp was not taken, by its name."""
+        """Why grasps were refused, by name; one that is only worse than the chosen has none."""
         return {a.grasp: a.reason for a in self.assessments if not a.accepted}
 
 

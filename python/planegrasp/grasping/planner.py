@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from planegrasp.errors import InvalidInputError
-from planegrasp.geometry import RigidTransform
+from planegrasp.geometry import RigidTransform, checked_transform
 from planegrasp.grasping.canonical import check_unique
 from planegrasp.grasping.clearance import GripperShape, extent_between_fingers
 from planegrasp.grasping.doubts import closing_sigma, doubt
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     import numpy as np
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
     from planegrasp.detection import Detection
     from planegrasp.grasping.canonical import CanonicalGrasp
@@ -44,6 +44,10 @@ if TYPE_CHECKING:
     Float64Array = NDArray[np.float64]
 
 __all__ = ["GraspPlanner", "PlannerConfig"]
+
+
+# What the object rests on is not known better than this [m].
+_RESTING = 0.003
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +82,8 @@ class PlannerConfig:
         for name in ("translation_sigma", "rotation_sigma", "lift", "solutions"):
             if not getattr(self, name) > 0:
                 raise InvalidInputError(f"{name} must be > 0, got {getattr(self, name)}")
+        if self.seed < 0:
+            raise InvalidInputError(f"a seed must be ≥ 0, got {self.seed}")
         if not 0 <= self.fit < 1:
             raise InvalidInputError(f"fit is a probability below 1, got {self.fit}")
 
@@ -112,7 +118,7 @@ class GraspPlanner:
     def plan(
         self,
         detection: Detection,
-        T_base_camera: RigidTransform,
+        T_base_camera: RigidTransform | ArrayLike,
         *,
         scene: Scene | None = None,
         start: RobotState | None = None,
@@ -123,7 +129,8 @@ class GraspPlanner:
 
         Args:
             detection: with the object's model and pose.
-            T_base_camera: pose of the camera's optical frame in the robot's base.
+            T_base_camera: pose of the camera's optical frame in the robot's base, when the frame
+                was taken.
             scene: obstacles; none where None. The object itself is added.
             start: where the robot's joints are; at home where None.
             supports: names of obstacles that the object stands on or hangs from.
@@ -134,8 +141,11 @@ class GraspPlanner:
 
         Raises:
             GraspError: the object has two grasps of one name.
+            InvalidInputError: T_base_camera is no finite rigid transform, or `supports` or
+                `leaving` name what the scene does not have.
         """
         config = self.config
+        T_base_camera = checked_transform(T_base_camera, "T_base_camera")
         uncertain = doubt(
             detection,
             config.translation_sigma,
@@ -160,7 +170,7 @@ class GraspPlanner:
     def plan_at(
         self,
         model: ObjectModel,
-        T_base_object: RigidTransform,
+        T_base_object: RigidTransform | ArrayLike,
         *,
         covariance: Float64Array | None = None,
         scene: Scene | None = None,
@@ -179,6 +189,7 @@ class GraspPlanner:
             supports: see `plan`.
             leaving: see `plan`.
         """
+        T_base_object = checked_transform(T_base_object, "T_base_object")
         check_unique(model.grasps, model.name)
         if not model.grasps:
             return GraspRefusal(
@@ -262,6 +273,7 @@ class _Attempt:
         self._lying = scene.object
         scene.check_names(leaving)
         movers = (*body_names(robot.model), OBJECT)
+        self._leaving = leaving
         self._gone = frozenset(frozenset((mover, name)) for mover in movers for name in leaving)
 
     def judge(
@@ -285,7 +297,8 @@ class _Attempt:
                 return _refused(
                     grasp,
                     f"the object does not fit between the fingers: {1000 * (high - low):.0f} mm "
-                    f"in an opening of {1000 * grasp.opening:.0f} mm",
+                    f"in an opening of {1000 * grasp.opening:.0f} mm, and "
+                    f"{1000 * abs(high + low) / 2:.0f} mm off its middle",
                     figures,
                 )
             if covariance is not None:
@@ -341,6 +354,11 @@ class _Attempt:
         )
         if isinstance(back, MotionFailure):
             return f"no straight way to it: {back.reason}"
+        # The open fingers may be near the object, but not go through it.
+        contacts = (self._checker.check(q, opening) for q in back.q)
+        through = next((found for found in contacts if found is not None and found.depth > 0), None)
+        if through is not None:
+            return f"no straight way to it: on it, {through}"
         self._checker.set_object(lying.held(grasp.T_object_gripper.inv()))
         up = grasp.adapt(T_base_object)
         raised = RigidTransform.from_translation([0.0, 0.0, self._config.lift]) * up
@@ -355,6 +373,9 @@ class _Attempt:
         )
         if isinstance(lift, MotionFailure):
             return f"it cannot be lifted by {self._config.lift:g} m: {lift.reason}"
+        against = self._lifted_into(lift, opening)
+        if against:
+            return f"it cannot be lifted by {self._config.lift:g} m: object goes into {against}"
         self._checker.set_object(lying)
         move = plan_path(
             self._checker,
@@ -367,6 +388,16 @@ class _Attempt:
         if isinstance(move, MotionFailure):
             return f"no way to its pre-grasp: {move.reason}"
         return move, back.reversed(), lift
+
+    def _lifted_into(self, lift: Path, opening: float) -> str:
+        """The support that the held object gets deeper into as it rises; "" without."""
+        resting = self._checker.depth_in_supports(lift.start, opening)
+        for q in lift.q:
+            for name, depth in self._checker.depth_in_supports(q, opening).items():
+                before = max(resting.get(name, 0.0), self._checker.config.margin)
+                if name not in self._leaving and depth > before + _RESTING:
+                    return name
+        return ""
 
     def _candidate(
         self, grasp: CanonicalGrasp, solution: IKSolution, fit: float, figures: dict[str, float]

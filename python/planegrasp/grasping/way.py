@@ -84,6 +84,11 @@ class Way:
         """How far each joint is from where the plan begins, n [rad or m]."""
         return np.abs(self._trail[0] - self._plan.move.start)
 
+    def misses_grasp_by(self) -> float:
+        """How far from the planned grasp the plan's joints bring this arm's gripper [m]."""
+        there = self._kinematics.forward(self._plan.reach.end)
+        return float(np.linalg.norm(there.translation - self._plan.T_base_gripper.translation))
+
     def move(self) -> None:
         """Through free space to the pre-grasp, with the gripper open.
 

@@ -163,6 +163,24 @@ class CollisionChecker:
             return None
         return self._deepest(frozenset(allowed))
 
+    def depth_in_supports(self, q: ArrayLike, opening: float | None = None) -> dict[str, float]:
+        """How deep the object is in what it may touch, by name, margin included [m].
+
+        Supports that it does not touch are left out.
+
+        Args:
+            q: the arm's joints, n.
+            opening: of the gripper [m]; as in the state by default.
+        """
+        self.check(q, opening)
+        supports = self.scene.object.supports if self.scene.object is not None else frozenset()
+        contacts, found = self._data.contact, dict[str, float]()
+        for pair, distance in zip(contacts.geom.tolist(), contacts.dist.tolist(), strict=True):
+            names = {self._names[geom] for geom in pair}
+            for name in names & supports if OBJECT in names else ():
+                found[name] = max(found.get(name, -np.inf), -distance)
+        return found
+
     def _deepest(self, allowed: frozenset[Pair]) -> Contact | None:
         contacts = self._data.contact
         geoms, distances = contacts.geom, contacts.dist
