@@ -46,7 +46,7 @@ class ExecutorConfig:
         period: between commands to the arm [s].
         speed: share of the joints' velocity limits, 0 … 1.
         acceleration: of joints [rad/s² or m/s²].
-        reach_speed: of the gripper towards a moving object, beside the object's own [m/s].
+        reach_speed: of the gripper towards the object, beside the object's own [m/s].
         lift_speed: of the gripper upwards [m/s].
         lead: how far ahead of its commands' time the object is aimed at: the arm follows its
             commands that much later [s].
@@ -198,6 +198,11 @@ class GraspExecutor:
             notify("lifted")
         except StoppedError as stop:
             reason = stop.reason
+            if arm.is_gripping:
+                # Opened in mid-air, the gripper would let the object fall.
+                way.stay()
+                reason = f"{reason}; the arm stays and holds the object"
+                return Execution(stop.outcome, reason, arm.time - begun)
             try:
                 way.retreat()
                 notify("retreated")

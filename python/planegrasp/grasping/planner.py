@@ -15,17 +15,14 @@ from typing import TYPE_CHECKING
 
 from planegrasp.errors import InvalidInputError
 from planegrasp.geometry import RigidTransform, checked_transform
+from planegrasp.grasping.attempt import Attempt
 from planegrasp.grasping.canonical import check_unique
-from planegrasp.grasping.clearance import GripperShape, extent_between_fingers
-from planegrasp.grasping.doubts import closing_sigma, doubt
+from planegrasp.grasping.clearance import GripperShape
+from planegrasp.grasping.doubts import doubt
 from planegrasp.grasping.plan import GraspAssessment, GraspPlan, GraspRefusal
-from planegrasp.robot.collision import CollisionChecker
-from planegrasp.robot.collision_model import body_names
 from planegrasp.robot.ik import IKConfig
-from planegrasp.robot.kinematics import Kinematics
-from planegrasp.robot.motion import MotionConfig, plan_path, straight_line
-from planegrasp.robot.path import MotionFailure
-from planegrasp.robot.scene import OBJECT, ObjectBody, Scene
+from planegrasp.robot.motion import MotionConfig
+from planegrasp.robot.scene import ObjectBody, Scene
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -34,20 +31,13 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from planegrasp.detection import Detection
-    from planegrasp.grasping.canonical import CanonicalGrasp
     from planegrasp.objects import ObjectModel
-    from planegrasp.robot.ik import IKSolution
     from planegrasp.robot.model import Robot
-    from planegrasp.robot.path import Path
     from planegrasp.robot.state import RobotState
 
     Float64Array = NDArray[np.float64]
 
 __all__ = ["GraspPlanner", "PlannerConfig"]
-
-
-# What the object rests on is not known better than this [m].
-_RESTING = 0.003
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,15 +78,6 @@ class PlannerConfig:
             raise InvalidInputError(f"fit is a probability below 1, got {self.fit}")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Candidate:
-    """A posture that holds the object by one of its grasps."""
-
-    grasp: CanonicalGrasp
-    assessment: GraspAssessment
-    q: Float64Array
-
-
 class GraspPlanner:
     """Plans for one robot. Not to be shared between threads.
 
@@ -113,7 +94,6 @@ class GraspPlanner:
             raise InvalidInputError("a robot without gripper cannot grasp: name its finger_joints")
         self.robot = robot
         self.config = config or PlannerConfig()
-        self._widest = robot.gripper.max_opening
 
     def plan(
         self,
@@ -198,17 +178,14 @@ class GraspPlanner:
         begun = time.perf_counter()
         body = model.outer_body
         lying = ObjectBody(body.size, T_base_object, None, body.centre, frozenset(supports))
-        attempt = _Attempt(
+        attempt = Attempt(
             self.robot,
             self.config,
             self.robot.home if start is None else start,
             (scene or Scene()).with_object(lying),
             frozenset(leaving),
         )
-        judged = [
-            attempt.judge(grasp, model, T_base_object, covariance, self._widest)
-            for grasp in model.grasps
-        ]
+        judged = [attempt.judge(grasp, model, T_base_object, covariance) for grasp in model.grasps]
         seconds = {"selection": time.perf_counter() - begun}
         verdicts = {g.name: j.verdict for g, j in zip(model.grasps, judged, strict=True)}
         candidates = [candidate for j in judged for candidate in j.candidates]
@@ -245,184 +222,6 @@ class GraspPlanner:
             tuple(verdicts.values()),
             seconds,
         )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Judged:
-    """The verdict on a grasp, and the postures that do it."""
-
-    verdict: GraspAssessment
-    candidates: tuple[_Candidate, ...] = ()
-
-
-class _Attempt:
-    """What one call of the planner works with: the robot where it stands, in its scene."""
-
-    def __init__(
-        self,
-        robot: Robot,
-        config: PlannerConfig,
-        start: RobotState,
-        scene: Scene,
-        leaving: frozenset[str],
-    ) -> None:
-        self._config = config
-        self._start = robot.arm(start)
-        self._kinematics = Kinematics(robot, start, config.inverse)
-        self._checker = CollisionChecker(robot, scene, state=start)
-        self._lying = scene.object
-        scene.check_names(leaving)
-        movers = (*body_names(robot.model), OBJECT)
-        self._leaving = leaving
-        self._gone = frozenset(frozenset((mover, name)) for mover in movers for name in leaving)
-
-    def judge(
-        self,
-        grasp: CanonicalGrasp,
-        model: ObjectModel,
-        T_base_object: RigidTransform,
-        covariance: Float64Array | None,
-        widest: float,
-    ) -> _Judged:
-        """Can the arm hold the object by this grasp, with what is known of its pose?"""
-        figures: dict[str, float] = {}
-        too_wide = grasp.why_too_wide(widest)
-        if too_wide:
-            return _refused(grasp, too_wide, figures)
-        low, high = extent_between_fingers(grasp, model.outer_body, self._config.gripper)
-        fit = 1.0
-        if low <= high:
-            figures["clearance"] = clearance = grasp.opening / 2 - max(high, -low)
-            if clearance < 0:
-                return _refused(
-                    grasp,
-                    f"the object does not fit between the fingers: {1000 * (high - low):.0f} mm "
-                    f"in an opening of {1000 * grasp.opening:.0f} mm, and "
-                    f"{1000 * abs(high + low) / 2:.0f} mm off its middle",
-                    figures,
-                )
-            if covariance is not None:
-                figures["closing_sigma"] = sigma = closing_sigma(grasp, covariance)
-                fit = math.erf(clearance / (math.sqrt(2) * max(sigma, 1e-9)))
-        if fit < self._config.fit:
-            return _refused(
-                grasp,
-                f"the pose is too uncertain: {1000 * figures['closing_sigma']:.1f} mm (one sigma) "
-                f"between fingers with {1000 * figures['clearance']:.1f} mm to spare",
-                figures,
-            )
-        result = self._kinematics.inverse(
-            grasp.adapt(T_base_object), self._start, seed=self._config.seed
-        )
-        figures |= {
-            "position_error": result.position_error,
-            "rotation_error": result.rotation_error,
-        }
-        if not result:
-            return _refused(grasp, result.reason, figures)
-        reason = ""
-        candidates = []
-        for solution in result.solutions[: self._config.solutions]:
-            contact = self._checker.check(
-                solution.q, grasp.opening, allowed=self._checker.fingers_on_object
-            )
-            if contact is not None:
-                reason = reason or f"in collision: {contact}"
-                continue
-            candidates.append(self._candidate(grasp, solution, fit, figures))
-        if not candidates:
-            return _refused(grasp, reason, figures)
-        best = max(candidates, key=lambda c: c.assessment.score)
-        return _Judged(best.assessment, tuple(candidates))
-
-    def ways(
-        self, candidate: _Candidate, T_base_object: RigidTransform
-    ) -> tuple[Path, Path, Path] | str:
-        """The paths to the pre-grasp, to the grasp and up, or why there are none."""
-        grasp, opening, motion = candidate.grasp, candidate.grasp.opening, self._config.motion
-        lying = self._lying
-        assert lying is not None
-        self._checker.set_object(lying)
-        back = straight_line(
-            self._kinematics,
-            self._checker,
-            candidate.q,
-            grasp.pregrasp(T_base_object),
-            opening=opening,
-            allowed=self._checker.fingers_on_object,
-            config=motion,
-        )
-        if isinstance(back, MotionFailure):
-            return f"no straight way to it: {back.reason}"
-        # The open fingers may be near the object, but not go through it.
-        contacts = (self._checker.check(q, opening) for q in back.q)
-        through = next((found for found in contacts if found is not None and found.depth > 0), None)
-        if through is not None:
-            return f"no straight way to it: on it, {through}"
-        self._checker.set_object(lying.held(grasp.T_object_gripper.inv()))
-        up = grasp.adapt(T_base_object)
-        raised = RigidTransform.from_translation([0.0, 0.0, self._config.lift]) * up
-        lift = straight_line(
-            self._kinematics,
-            self._checker,
-            candidate.q,
-            raised,
-            opening=opening,
-            allowed=self._gone,
-            config=motion,
-        )
-        if isinstance(lift, MotionFailure):
-            return f"it cannot be lifted by {self._config.lift:g} m: {lift.reason}"
-        against = self._lifted_into(lift, opening)
-        if against:
-            return f"it cannot be lifted by {self._config.lift:g} m: object goes into {against}"
-        self._checker.set_object(lying)
-        move = plan_path(
-            self._checker,
-            self._start,
-            back.end,
-            opening=opening,
-            seed=self._config.seed,
-            config=motion,
-        )
-        if isinstance(move, MotionFailure):
-            return f"no way to its pre-grasp: {move.reason}"
-        return move, back.reversed(), lift
-
-    def _lifted_into(self, lift: Path, opening: float) -> str:
-        """The support that the held object gets deeper into as it rises; "" without."""
-        resting = self._checker.depth_in_supports(lift.start, opening)
-        for q in lift.q:
-            for name, depth in self._checker.depth_in_supports(q, opening).items():
-                before = max(resting.get(name, 0.0), self._checker.config.margin)
-                if name not in self._leaving and depth > before + _RESTING:
-                    return name
-        return ""
-
-    def _candidate(
-        self, grasp: CanonicalGrasp, solution: IKSolution, fit: float, figures: dict[str, float]
-    ) -> _Candidate:
-        manipulability = self._kinematics.manipulability(solution.q)
-        score = _score(solution, manipulability, fit)
-        figures = {
-            **figures,
-            "limit_margin": solution.limit_margin,
-            "manipulability": manipulability,
-        }
-        assessment = GraspAssessment(grasp.name, True, "", score, figures)
-        return _Candidate(grasp, assessment, solution.q)
-
-
-def _score(solution: IKSolution, manipulability: float, fit: float) -> float:
-    """0 … 1: far from limits and singularities, near to where the arm is, sure of the object."""
-    margin = min(solution.limit_margin / 0.3, 1.0)
-    agile = min(manipulability / 0.05, 1.0)
-    near = 1.0 - min(solution.distance / (2 * math.pi), 1.0)
-    return fit * (0.4 * margin + 0.3 * agile + 0.3 * near)
-
-
-def _refused(grasp: CanonicalGrasp, reason: str, figures: dict[str, float]) -> _Judged:
-    return _Judged(GraspAssessment(grasp.name, False, reason, 0.0, dict(figures)))
 
 
 def _chosen_first(verdicts: dict[str, GraspAssessment], name: str) -> tuple[GraspAssessment, ...]:

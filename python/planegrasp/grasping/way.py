@@ -100,7 +100,7 @@ class Way:
     def reach(self) -> None:
         """Straight to the grasp; to wherever it is by then."""
         if self._target is None:
-            self._follow(self._plan.reach)
+            self._follow(self._plan.reach, fastest=self._config.reach_speed)
             return
         config = self._config
         farthest = standoff = self._plan.grasp.pregrasp_distance
@@ -117,7 +117,8 @@ class Way:
                 )
             elif error > _JUMPED:
                 standoff = farthest
-            if standoff > config.blind:
+            # In the last part the hand hides the object; beside its line the gripper must see it.
+            if standoff > config.blind or error >= 1:
                 self._check_in_sight()
 
     def close(self) -> None:
@@ -149,21 +150,21 @@ class Way:
     def retreat(self) -> None:
         """Stop, open the gripper, and go back the way that the arm came."""
         self._eyes = self._target = None
-        self._stay()
+        self.stay()
         self._arm.grip(self._plan.opening, self._plan.force)
         for _ in range(round(_LETTING_GO / self._config.period)):
             self._wait()
         try:
             self._follow(Path(_without_loops(np.array([*self._trail, self._q]))[::-1]))
         except StoppedError:
-            self._stay()
+            self.stay()
             raise
 
     def _checks(self, scene: Scene) -> CollisionChecker:
         margin = CollisionConfig(margin=self._config.margin)
         return CollisionChecker(self._robot, scene, state=self._arm.state, config=margin)
 
-    def _stay(self) -> None:
+    def stay(self) -> None:
         """Where the arm is, wherever it was told to be."""
         self._q = self._measured()
         self._arm.move(self._q)

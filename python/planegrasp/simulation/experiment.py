@@ -11,7 +11,8 @@ import numpy as np
 from planegrasp.detector import Detector
 from planegrasp.geometry import PinholeCamera, RigidTransform, Rotation
 from planegrasp.grasping.executor import GraspExecutor
-from planegrasp.grasping.planner import GraspPlanner
+from planegrasp.grasping.planner import GraspPlanner, PlannerConfig
+from planegrasp.robot.motion import MotionConfig
 from planegrasp.simulation.driver import SimulatedArm, SimulatedEyes
 from planegrasp.simulation.hand_motion import HandMotion
 from planegrasp.simulation.supports import Hand, Tripod
@@ -103,13 +104,16 @@ class Experiment:
 
     def __post_init__(self) -> None:
         self.detector = Detector([thing.model for thing in self.things], self.detector_config)
-        self.planner = GraspPlanner(self.robot)
+        # What is measured must not depend on how busy the machine is.
+        motion = MotionConfig(time_limit=60.0)
+        self.planner = GraspPlanner(self.robot, PlannerConfig(motion=motion))
         self.executor = GraspExecutor(self.robot)
 
     def setting(self, kind: Kind, seed: int) -> Setting:
         """Draw a setting: the same for the same kind and seed.
 
-        Nobody puts a tripod into a robot, or an arm around it: such a setting is drawn anew.
+        Nobody puts a tripod into a robot, or an arm around it, or hangs an object face down from a
+        tripod, through whose plate it could not be lifted: such a setting is drawn anew.
         """
         rng = np.random.default_rng([seed, kind == "handheld"])
         camera = self.robot.T_base_camera(self.robot.home).translation
@@ -118,6 +122,8 @@ class Experiment:
             T, tilt = random_pose(rng, self.region, camera)
             hold = self.holds[int(rng.integers(len(self.holds)))] if kind == "handheld" else None
             setting = Setting(kind, thing, T, tilt, hold, seed)
+            if kind == "static" and T.rotation.as_matrix()[2, 2] < 0:
+                continue
             room = self.world(setting).clearance("robot", "support")
             if room > (_KEPT_AWAY if kind == "handheld" else 0.0):
                 return setting

@@ -41,6 +41,7 @@ class TrialConfig:
         places: points of the base frame at which the head looks until it sees the object [m];
             those that it cannot turn to are left out.
         turning: time for the head to turn [s].
+        thinking: time that a moving object goes on moving while the motion is planned [s].
         hold: how long the object must be held [s].
         lifted: how high, at the end [m].
         slip: how far it may move in the gripper from the grip on [m].
@@ -54,6 +55,7 @@ class TrialConfig:
         (0.60, -0.15, 1.25),
     )
     turning: float = 0.6
+    thinking: float = 0.3
     hold: float = 2.0
     lifted: float = 0.1
     slip: float = 0.02
@@ -94,8 +96,8 @@ class Trial:
 
     @property
     def is_success(self) -> bool:
-        """Grasped, lifted and held."""
-        return self.execution is not None and not self.cause
+        """Grasped, lifted and held, and nothing was touched that must not be."""
+        return self.execution is not None and not self.cause and not self.collisions
 
     @property
     def is_refusal(self) -> bool:
@@ -160,6 +162,8 @@ def run_trial(
         rotation_angle(plan.T_base_gripper.rotation, ideal.rotation),
     )
     show("planned")
+    if moving:
+        arm.advance(config.thinking)
     execution = trial.execution = executor.run(
         plan,
         arm,

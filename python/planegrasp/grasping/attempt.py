@@ -1,0 +1,236 @@
+"""One call of the planner: which postures hold the object, and the ways there."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from planegrasp.geometry import RigidTransform
+from planegrasp.grasping.clearance import extent_between_fingers
+from planegrasp.grasping.doubts import closing_sigma
+from planegrasp.grasping.plan import GraspAssessment
+from planegrasp.robot.collision import CollisionChecker
+from planegrasp.robot.collision_model import body_names
+from planegrasp.robot.kinematics import Kinematics
+from planegrasp.robot.motion import plan_path, straight_line
+from planegrasp.robot.path import MotionFailure
+from planegrasp.robot.scene import OBJECT
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from planegrasp.body import BoxBody
+    from planegrasp.grasping.canonical import CanonicalGrasp
+    from planegrasp.grasping.planner import PlannerConfig
+    from planegrasp.objects import ObjectModel
+    from planegrasp.robot.ik import IKSolution
+    from planegrasp.robot.model import Robot
+    from planegrasp.robot.path import Path
+    from planegrasp.robot.scene import Scene
+    from planegrasp.robot.state import RobotState
+
+    Float64Array = NDArray[np.float64]
+
+__all__ = ["Attempt", "Candidate", "Judged"]
+
+# What the object rests on is not known better than this [m].
+_RESTING = 0.003
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidate:
+    """A posture that holds the object by one of its grasps."""
+
+    grasp: CanonicalGrasp
+    assessment: GraspAssessment
+    q: Float64Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Judged:
+    """The verdict on a grasp, and the postures that do it."""
+
+    verdict: GraspAssessment
+    candidates: tuple[Candidate, ...] = ()
+
+
+class Attempt:
+    """What one call of the planner works with: the robot where it stands, in its scene."""
+
+    def __init__(
+        self,
+        robot: Robot,
+        config: PlannerConfig,
+        start: RobotState,
+        scene: Scene,
+        leaving: frozenset[str],
+    ) -> None:
+        self._config = config
+        self._widest = robot.gripper.max_opening if robot.gripper is not None else 0.0
+        self._start = robot.arm(start)
+        self._kinematics = Kinematics(robot, start, config.inverse)
+        self._checker = CollisionChecker(robot, scene, state=start)
+        self._lying = scene.object
+        scene.check_names(leaving)
+        movers = (*body_names(robot.model), OBJECT)
+        self._leaving = leaving
+        self._gone = frozenset(frozenset((mover, name)) for mover in movers for name in leaving)
+
+    def judge(
+        self,
+        grasp: CanonicalGrasp,
+        model: ObjectModel,
+        T_base_object: RigidTransform,
+        covariance: Float64Array | None,
+    ) -> Judged:
+        """Can the arm hold the object by this grasp, with what is known of its pose?"""
+        figures: dict[str, float] = {}
+        doubt, fit = self._doubt(grasp, model.outer_body, covariance, figures)
+        if doubt:
+            return _refused(grasp, doubt, figures)
+        result = self._kinematics.inverse(
+            grasp.adapt(T_base_object), self._start, seed=self._config.seed
+        )
+        figures |= {
+            "position_error": result.position_error,
+            "rotation_error": result.rotation_error,
+        }
+        if not result:
+            return _refused(grasp, result.reason, figures)
+        reason = ""
+        candidates = []
+        for solution in result.solutions[: self._config.solutions]:
+            contact = self._checker.check(
+                solution.q, grasp.opening, allowed=self._checker.fingers_on_object
+            )
+            if contact is not None:
+                reason = reason or f"in collision: {contact}"
+                continue
+            candidates.append(self._candidate(grasp, solution, fit, figures))
+        if not candidates:
+            return _refused(grasp, reason, figures)
+        best = max(candidates, key=lambda c: c.assessment.score)
+        return Judged(best.assessment, tuple(candidates))
+
+    def ways(
+        self, candidate: Candidate, T_base_object: RigidTransform
+    ) -> tuple[Path, Path, Path] | str:
+        """The paths to the pre-grasp, to the grasp and up, or why there are none."""
+        grasp, opening, motion = candidate.grasp, candidate.grasp.opening, self._config.motion
+        lying = self._lying
+        assert lying is not None
+        self._checker.set_object(lying)
+        back = straight_line(
+            self._kinematics,
+            self._checker,
+            candidate.q,
+            grasp.pregrasp(T_base_object),
+            opening=opening,
+            allowed=self._checker.fingers_on_object,
+            config=motion,
+        )
+        if isinstance(back, MotionFailure):
+            return f"no straight way to it: {back.reason}"
+        # The open fingers may be near the object, but not go through it.
+        contacts = (self._checker.check(q, opening) for q in back.q)
+        through = next((found for found in contacts if found is not None and found.depth > 0), None)
+        if through is not None:
+            return f"no straight way to it: on it, {through}"
+        self._checker.set_object(lying.held(grasp.T_object_gripper.inv()))
+        up = grasp.adapt(T_base_object)
+        raised = RigidTransform.from_translation([0.0, 0.0, self._config.lift]) * up
+        lift = straight_line(
+            self._kinematics,
+            self._checker,
+            candidate.q,
+            raised,
+            opening=opening,
+            allowed=self._gone,
+            config=motion,
+        )
+        if isinstance(lift, MotionFailure):
+            return f"it cannot be lifted by {self._config.lift:g} m: {lift.reason}"
+        against = self._lifted_into(lift, opening)
+        if against:
+            return f"it cannot be lifted by {self._config.lift:g} m: object goes into {against}"
+        self._checker.set_object(lying)
+        move = plan_path(
+            self._checker,
+            self._start,
+            back.end,
+            opening=opening,
+            seed=self._config.seed,
+            config=motion,
+        )
+        if isinstance(move, MotionFailure):
+            return f"no way to its pre-grasp: {move.reason}"
+        return move, back.reversed(), lift
+
+    def _doubt(
+        self,
+        grasp: CanonicalGrasp,
+        body: BoxBody,
+        covariance: Float64Array | None,
+        figures: dict[str, float],
+    ) -> tuple[str, float]:
+        """Why the object would not be between the open fingers, and the probability that it is."""
+        too_wide = grasp.why_too_wide(self._widest)
+        if too_wide:
+            return too_wide, 0.0
+        low, high = extent_between_fingers(grasp, body, self._config.gripper)
+        if low > high:
+            return "there is nothing of the object between the fingers", 0.0
+        figures["clearance"] = clearance = grasp.opening / 2 - max(high, -low)
+        if clearance < 0:
+            return (
+                f"the object does not fit between the fingers: {1000 * (high - low):.0f} mm "
+                f"in an opening of {1000 * grasp.opening:.0f} mm, and "
+                f"{1000 * abs(high + low) / 2:.0f} mm off its middle"
+            ), 0.0
+        if covariance is None:
+            return "", 1.0
+        figures["closing_sigma"] = sigma = closing_sigma(grasp, covariance)
+        fit = math.erf(clearance / (math.sqrt(2) * max(sigma, 1e-9)))
+        if fit < self._config.fit:
+            return (
+                f"the pose is too uncertain: {1000 * sigma:.1f} mm (one sigma) between fingers "
+                f"with {1000 * clearance:.1f} mm to spare"
+            ), fit
+        return "", fit
+
+    def _lifted_into(self, lift: Path, opening: float) -> str:
+        """The support that the held object gets deeper into as it rises; "" without."""
+        resting = self._checker.depth_in_supports(lift.start, opening)
+        for q in lift.q:
+            for name, depth in self._checker.depth_in_supports(q, opening).items():
+                before = max(resting.get(name, 0.0), self._checker.config.margin)
+                if name not in self._leaving and depth > before + _RESTING:
+                    return name
+        return ""
+
+    def _candidate(
+        self, grasp: CanonicalGrasp, solution: IKSolution, fit: float, figures: dict[str, float]
+    ) -> Candidate:
+        manipulability = self._kinematics.manipulability(solution.q)
+        score = _score(solution, manipulability, fit)
+        figures = {
+            **figures,
+            "limit_margin": solution.limit_margin,
+            "manipulability": manipulability,
+        }
+        assessment = GraspAssessment(grasp.name, True, "", score, figures)
+        return Candidate(grasp, assessment, solution.q)
+
+
+def _score(solution: IKSolution, manipulability: float, fit: float) -> float:
+    """0 … 1: far from limits and singularities, near to where the arm is, sure of the object."""
+    margin = min(solution.limit_margin / 0.3, 1.0)
+    agile = min(manipulability / 0.05, 1.0)
+    near = 1.0 - min(solution.distance / (2 * math.pi), 1.0)
+    return fit * (0.4 * margin + 0.3 * agile + 0.3 * near)
+
+
+def _refused(grasp: CanonicalGrasp, reason: str, figures: dict[str, float]) -> Judged:
+    return Judged(GraspAssessment(grasp.name, False, reason, 0.0, dict(figures)))
