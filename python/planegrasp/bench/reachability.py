@@ -97,14 +97,26 @@ class Judge:
         back = -np.asarray(grasp.approach) * grasp.pregrasp_distance
         backwards = [T * RigidTransform.from_translation(share * back) for share in _shares(back)]
         self._put_object(T_base_object)
+        closed = self._world.robot.with_opening(state, self._closed(grasp))
+        # The fingers must have room to close, and are closed when the object is lifted.
+        self._data.qpos[: len(state.qpos)] = closed.qpos
         postures = self._free(at_grasp)
+        self._data.qpos[: len(state.qpos)] = fingers.qpos
+        postures = self._free(postures)
         postures = self._continued(postures, backwards, torso)
         if not len(postures):
             return False
+        self._data.qpos[: len(state.qpos)] = closed.qpos
         up = np.array([0.0, 0.0, self._lift])
         rises = [RigidTransform.from_translation(share * up) for share in _shares(up)]
         objects = [rise * T_base_object for rise in rises]
         return len(self._continued(postures, [rise * T for rise in rises], torso, objects)) > 0
+
+    def _closed(self, grasp: CanonicalGrasp) -> float:
+        """Extent of the object along the closing direction [m], for fingers along its sides."""
+        y = grasp.T_object_gripper.rotation.as_matrix()[:, 1]
+        extent = float(np.abs(y) @ np.array(self._world.object_model.outer_body.size))
+        return min(extent, grasp.opening)
 
     def _continued(
         self,

@@ -6,6 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from planegrasp.body import BoxBody
 from planegrasp.geometry import RigidTransform
 from planegrasp.grasping.clearance import extent_between_fingers
 from planegrasp.grasping.doubts import closing_sigma
@@ -14,20 +17,19 @@ from planegrasp.robot.collision import CollisionChecker
 from planegrasp.robot.collision_model import body_names
 from planegrasp.robot.kinematics import Kinematics
 from planegrasp.robot.motion import plan_path, straight_line
-from planegrasp.robot.path import MotionFailure
+from planegrasp.robot.path import MotionFailure, Path
 from planegrasp.robot.scene import OBJECT
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
-    from planegrasp.body import BoxBody
     from planegrasp.grasping.canonical import CanonicalGrasp
+    from planegrasp.grasping.clearance import GripperShape
     from planegrasp.grasping.planner import PlannerConfig
     from planegrasp.objects import ObjectModel
+    from planegrasp.robot.collision import Contact
     from planegrasp.robot.ik import IKSolution
     from planegrasp.robot.model import Robot
-    from planegrasp.robot.path import Path
     from planegrasp.robot.scene import Scene
     from planegrasp.robot.state import RobotState
 
@@ -37,6 +39,8 @@ __all__ = ["Attempt", "Candidate", "Judged"]
 
 # What the object rests on is not known better than this [m].
 _RESTING = 0.003
+# Openings that are checked between open and closed.
+_CLOSING = 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,7 +71,7 @@ class Attempt:
         scene: Scene,
         leaving: frozenset[str],
     ) -> None:
-        self._config = config
+        self._config, self._robot, self._state = config, robot, start
         self._widest = robot.gripper.max_opening if robot.gripper is not None else 0.0
         self._start = robot.arm(start)
         self._kinematics = Kinematics(robot, start, config.inverse)
@@ -84,27 +88,29 @@ class Attempt:
         model: ObjectModel,
         T_base_object: RigidTransform,
         covariance: Float64Array | None,
+        *,
+        thorough: bool = False,
     ) -> Judged:
         """Can the arm hold the object by this grasp, with what is known of its pose?"""
         figures: dict[str, float] = {}
         doubt, fit = self._doubt(grasp, model.outer_body, covariance, figures)
         if doubt:
-            return _refused(grasp, doubt, figures)
-        result = self._kinematics.inverse(
-            grasp.adapt(T_base_object), self._start, seed=self._config.seed
-        )
+            return _refused(grasp, doubt, figures, hopeless=True)
+        kinematics = self._kinematics
+        if thorough:
+            kinematics = Kinematics(self._robot, self._state, self._config.thorough)
+        result = kinematics.inverse(grasp.adapt(T_base_object), self._start, seed=self._config.seed)
         figures |= {
             "position_error": result.position_error,
             "rotation_error": result.rotation_error,
         }
         if not result:
-            return _refused(grasp, result.reason, figures)
+            return _refused(grasp, result.reason, figures, hopeless=True)
         reason = ""
         candidates = []
-        for solution in result.solutions[: self._config.solutions]:
-            contact = self._checker.check(
-                solution.q, grasp.opening, allowed=self._checker.fingers_on_object
-            )
+        closed = _closed(grasp, model.outer_body, self._config.gripper)
+        for solution in result.solutions:
+            contact = self._touched_while_closing(solution.q, grasp.opening, closed)
             if contact is not None:
                 reason = reason or f"in collision: {contact}"
                 continue
@@ -113,6 +119,16 @@ class Attempt:
             return _refused(grasp, reason, figures)
         best = max(candidates, key=lambda c: c.assessment.score)
         return Judged(best.assessment, tuple(candidates))
+
+    def _touched_while_closing(
+        self, q: Float64Array, opening: float, closed: float
+    ) -> Contact | None:
+        """What the fingers, or the rest of the robot, touch besides the object."""
+        for gap in np.linspace(opening, closed, _CLOSING):
+            contact = self._checker.check(q, gap, allowed=self._checker.fingers_on_object)
+            if contact is not None:
+                return contact
+        return None
 
     def ways(
         self, candidate: Candidate, T_base_object: RigidTransform
@@ -139,6 +155,7 @@ class Attempt:
         if through is not None:
             return f"no straight way to it: on it, {through}"
         self._checker.set_object(lying.held(grasp.T_object_gripper.inv()))
+        closed = _closed(grasp, BoxBody(lying.size, lying.centre), self._config.gripper)
         up = grasp.adapt(T_base_object)
         raised = RigidTransform.from_translation([0.0, 0.0, self._config.lift]) * up
         lift = straight_line(
@@ -146,13 +163,13 @@ class Attempt:
             self._checker,
             candidate.q,
             raised,
-            opening=opening,
-            allowed=self._gone,
+            opening=closed,
+            allowed=self._gone | self._checker.fingers_on_object,
             config=motion,
         )
         if isinstance(lift, MotionFailure):
             return f"it cannot be lifted by {self._config.lift:g} m: {lift.reason}"
-        against = self._lifted_into(lift, opening)
+        against = self._lifted_into(lift, closed)
         if against:
             return f"it cannot be lifted by {self._config.lift:g} m: object goes into {against}"
         self._checker.set_object(lying)
@@ -166,7 +183,9 @@ class Attempt:
         )
         if isinstance(move, MotionFailure):
             return f"no way to its pre-grasp: {move.reason}"
-        return move, back.reversed(), lift
+        # Joints without limits may have come to the pre-grasp by other turns than they left it.
+        turns = move.end - back.end
+        return move, Path(back.reversed().q + turns), Path(lift.q + turns)
 
     def _doubt(
         self,
@@ -232,5 +251,13 @@ def _score(solution: IKSolution, manipulability: float, fit: float) -> float:
     return fit * (0.4 * margin + 0.3 * agile + 0.3 * near)
 
 
-def _refused(grasp: CanonicalGrasp, reason: str, figures: dict[str, float]) -> Judged:
-    return Judged(GraspAssessment(grasp.name, False, reason, 0.0, dict(figures)))
+def _closed(grasp: CanonicalGrasp, body: BoxBody, gripper: GripperShape) -> float:
+    """The opening when the fingers, which close symmetrically, have met the object [m]."""
+    low, high = extent_between_fingers(grasp, body, gripper)
+    return min(max(high - low, 0.0), grasp.opening)
+
+
+def _refused(
+    grasp: CanonicalGrasp, reason: str, figures: dict[str, float], *, hopeless: bool = False
+) -> Judged:
+    return Judged(GraspAssessment(grasp.name, False, reason, 0.0, dict(figures), hopeless))

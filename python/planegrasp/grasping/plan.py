@@ -30,6 +30,8 @@ class GraspAssessment:
         figures: the numbers by name, as far as it got: `position_error` [m] and `rotation_error`
             [rad] of the arm, `limit_margin` (0 … 1), `manipulability`, `clearance` [m] between an
             open finger and the object, `closing_sigma` [m] of the object between the fingers.
+        hopeless: whether no other posture of the arm could change the verdict: no posture holds the
+            object so, or the object would not be between the fingers.
     """
 
     grasp: str
@@ -37,6 +39,7 @@ class GraspAssessment:
     reason: str = ""
     score: float = 0.0
     figures: Mapping[str, float] = field(default_factory=dict)
+    hopeless: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

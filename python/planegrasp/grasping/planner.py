@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from planegrasp.errors import InvalidInputError
 from planegrasp.geometry import RigidTransform, checked_transform
-from planegrasp.grasping.attempt import Attempt
+from planegrasp.grasping.attempt import Attempt, Candidate
 from planegrasp.grasping.canonical import check_unique
 from planegrasp.grasping.clearance import GripperShape
 from planegrasp.grasping.doubts import doubt
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from planegrasp.detection import Detection
     from planegrasp.objects import ObjectModel
     from planegrasp.robot.model import Robot
+    from planegrasp.robot.path import Path
     from planegrasp.robot.state import RobotState
 
     Float64Array = NDArray[np.float64]
@@ -50,9 +51,9 @@ class PlannerConfig:
         need_depth: refuse poses that no depth took part in.
         fit: least probability that the object lies between the open fingers.
         lift: how far up the object is taken [m].
-        solutions: postures of the arm that are tried for one grasp.
         gripper: shape of fingers and palm, for the width of the object between them.
         inverse: search for postures.
+        thorough: the same again, for grasps of which no posture has a way.
         motion: search for paths.
         seed: of all that is random.
     """
@@ -62,14 +63,14 @@ class PlannerConfig:
     need_depth: bool = True
     fit: float = 0.7
     lift: float = 0.12
-    solutions: int = 4
     gripper: GripperShape = field(default_factory=GripperShape)
     inverse: IKConfig = field(default_factory=IKConfig)
+    thorough: IKConfig = field(default_factory=lambda: IKConfig(solutions=16, starts=40))
     motion: MotionConfig = field(default_factory=MotionConfig)
     seed: int = 0
 
     def __post_init__(self) -> None:
-        for name in ("translation_sigma", "rotation_sigma", "lift", "solutions"):
+        for name in ("translation_sigma", "rotation_sigma", "lift"):
             if not getattr(self, name) > 0:
                 raise InvalidInputError(f"{name} must be > 0, got {getattr(self, name)}")
         if self.seed < 0:
@@ -175,7 +176,6 @@ class GraspPlanner:
             return GraspRefusal(
                 model.name, "no grasp is taught: show one (`planegrasp grasp teach`)"
             )
-        begun = time.perf_counter()
         body = model.outer_body
         lying = ObjectBody(body.size, T_base_object, None, body.centre, frozenset(supports))
         attempt = Attempt(
@@ -185,43 +185,63 @@ class GraspPlanner:
             (scene or Scene()).with_object(lying),
             frozenset(leaving),
         )
-        judged = [attempt.judge(grasp, model, T_base_object, covariance) for grasp in model.grasps]
-        seconds = {"selection": time.perf_counter() - begun}
-        verdicts = {g.name: j.verdict for g, j in zip(model.grasps, judged, strict=True)}
-        candidates = [candidate for j in judged for candidate in j.candidates]
-        for candidate in sorted(candidates, key=lambda c: -c.assessment.score):
-            ways = attempt.ways(candidate, T_base_object)
-            if isinstance(ways, str):
-                # What the best posture fails by is the reason, not what the others fail by.
-                if verdicts[candidate.grasp.name].accepted:
-                    verdicts[candidate.grasp.name] = replace(
-                        candidate.assessment, accepted=False, reason=ways, score=0.0
-                    )
-                continue
-            seconds["motion"] = time.perf_counter() - begun - seconds["selection"]
-            verdicts[candidate.grasp.name] = candidate.assessment
-            move, reach, lift = ways
-            return GraspPlan(
-                name=model.name,
-                grasp=candidate.grasp,
-                T_base_object=T_base_object,
-                T_base_gripper=candidate.grasp.adapt(T_base_object),
-                T_base_pregrasp=candidate.grasp.pregrasp(T_base_object),
-                move=move,
-                reach=reach,
-                lift=lift,
-                opening=candidate.grasp.opening,
-                force=candidate.grasp.force,
-                assessments=_chosen_first(verdicts, candidate.grasp.name),
-                seconds=seconds,
-            )
-        seconds["motion"] = time.perf_counter() - begun - seconds["selection"]
+        verdicts: dict[str, GraspAssessment] = {}
+        seconds = {"selection": 0.0, "motion": 0.0}
+        # Where no posture of a first, quick search has a way, a thorough one may find one that has.
+        for thorough in (False, True):
+            mark = time.perf_counter()
+            candidates: list[Candidate] = []
+            for grasp in model.grasps:
+                if thorough and verdicts[grasp.name].hopeless:
+                    continue
+                judged = attempt.judge(grasp, model, T_base_object, covariance, thorough=thorough)
+                verdicts[grasp.name] = judged.verdict
+                candidates += judged.candidates
+            seconds["selection"] += time.perf_counter() - mark
+            mark = time.perf_counter()
+            chosen = _with_a_way(attempt, candidates, T_base_object, verdicts)
+            seconds["motion"] += time.perf_counter() - mark
+            if chosen is not None:
+                candidate, (move, reach, lift) = chosen
+                return GraspPlan(
+                    name=model.name,
+                    grasp=candidate.grasp,
+                    T_base_object=T_base_object,
+                    T_base_gripper=candidate.grasp.adapt(T_base_object),
+                    T_base_pregrasp=candidate.grasp.pregrasp(T_base_object),
+                    move=move,
+                    reach=reach,
+                    lift=lift,
+                    opening=candidate.grasp.opening,
+                    force=candidate.grasp.force,
+                    assessments=_chosen_first(verdicts, candidate.grasp.name),
+                    seconds=seconds,
+                )
         return GraspRefusal(
             model.name,
             f"none of {len(model.grasps)} grasps can be done",
             tuple(verdicts.values()),
             seconds,
         )
+
+
+def _with_a_way(
+    attempt: Attempt,
+    candidates: Iterable[Candidate],
+    T_base_object: RigidTransform,
+    verdicts: dict[str, GraspAssessment],
+) -> tuple[Candidate, tuple[Path, Path, Path]] | None:
+    """The best candidate that has a way, and the way; the verdicts are brought up to date."""
+    for candidate in sorted(candidates, key=lambda c: -c.assessment.score):
+        name = candidate.grasp.name
+        ways = attempt.ways(candidate, T_base_object)
+        if not isinstance(ways, str):
+            verdicts[name] = candidate.assessment
+            return candidate, ways
+        # What the best posture fails by is the reason, not what the others fail by.
+        if verdicts[name].accepted:
+            verdicts[name] = replace(candidate.assessment, accepted=False, reason=ways, score=0.0)
+    return None
 
 
 def _chosen_first(verdicts: dict[str, GraspAssessment], name: str) -> tuple[GraspAssessment, ...]:

@@ -231,12 +231,13 @@ class Way:
         left = tuple(o for o in self._scene.obstacles if o.name not in self._carried)
         held = self._body.held(self._plan.grasp.T_object_gripper.inv())
         checker = self._checks(Scene(left, held))
+        opening = max(self._robot.opening(self._arm.state), 0.0)
         T = goal = self._kinematics.forward(self._q)
         steps = max(1, math.ceil(height / (config.lift_speed * config.period)))
         for i in range(1, steps + 1):
             goal = RigidTransform.from_translation([0.0, 0.0, height * i / steps]) * T
             q = self._kinematics.step(self._q, goal, config.period, self._speeds)
-            contact = checker.check(q, self._plan.opening)
+            contact = checker.check(q, opening, allowed=checker.fingers_on_object)
             if contact is not None:
                 raise StoppedError("blocked", f"while it was lifted, {contact}")
             self._drive(q)
