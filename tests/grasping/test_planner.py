@@ -36,7 +36,7 @@ def gripper_at(robot, q):
     return robot.T_base_gripper(robot.with_arm(robot.home, q))
 
 
-def check_paths(robot, plan, lift=0.12):
+def check_paths(robot, plan, lift=0.11):
     """The paths by the robot's own forward kinematics, not that of the planner."""
     start = robot.arm(robot.home)
     np.testing.assert_array_equal(plan.move.start, start)

@@ -13,7 +13,7 @@ from planegrasp.geometry import RigidTransform
 from planegrasp.grasping.clearance import extent_between_fingers
 from planegrasp.grasping.doubts import closing_sigma
 from planegrasp.grasping.plan import GraspAssessment
-from planegrasp.robot.collision import CollisionChecker
+from planegrasp.robot.collision import CollisionChecker, CollisionConfig
 from planegrasp.robot.collision_model import body_names
 from planegrasp.robot.kinematics import Kinematics
 from planegrasp.robot.motion import plan_path, straight_line
@@ -75,7 +75,8 @@ class Attempt:
         self._widest = robot.gripper.max_opening if robot.gripper is not None else 0.0
         self._start = robot.arm(start)
         self._kinematics = Kinematics(robot, start, config.inverse)
-        self._checker = CollisionChecker(robot, scene, state=start)
+        room = CollisionConfig(margin=config.margin)
+        self._checker = CollisionChecker(robot, scene, state=start, config=room)
         self._lying = scene.object
         scene.check_names(leaving)
         movers = (*body_names(robot.model), OBJECT)

@@ -50,6 +50,7 @@ class PlannerConfig:
         rotation_sigma: largest standard deviation of its rotation [rad].
         need_depth: refuse poses that no depth took part in.
         fit: least probability that the object lies between the open fingers.
+        margin: the robot keeps from what it must not touch [m].
         lift: how far up the object is taken [m].
         gripper: shape of fingers and palm, for the width of the object between them.
         inverse: search for postures.
@@ -62,7 +63,8 @@ class PlannerConfig:
     rotation_sigma: float = math.radians(3.0)
     need_depth: bool = True
     fit: float = 0.7
-    lift: float = 0.12
+    margin: float = 0.002
+    lift: float = 0.11
     gripper: GripperShape = field(default_factory=GripperShape)
     inverse: IKConfig = field(default_factory=IKConfig)
     thorough: IKConfig = field(default_factory=lambda: IKConfig(solutions=16, starts=40))
