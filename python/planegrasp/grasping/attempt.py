@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -75,8 +76,9 @@ class Attempt:
         self._widest = robot.gripper.max_opening if robot.gripper is not None else 0.0
         self._start = robot.arm(start)
         self._kinematics = Kinematics(robot, start, config.inverse)
-        room = CollisionConfig(margin=config.margin)
-        self._checker = CollisionChecker(robot, scene, state=start, config=room)
+        close = CollisionConfig(margin=config.close_margin)
+        self._checker = CollisionChecker(robot, scene, state=start, config=close)
+        self._scene = scene
         self._lying = scene.object
         scene.check_names(leaving)
         movers = (*body_names(robot.model), OBJECT)
@@ -120,6 +122,12 @@ class Attempt:
             return _refused(grasp, reason, figures)
         best = max(candidates, key=lambda c: c.assessment.score)
         return Judged(best.assessment, tuple(candidates))
+
+    @cached_property
+    def _free(self) -> CollisionChecker:
+        """With the margin of fast motion."""
+        room = CollisionConfig(margin=self._config.margin)
+        return CollisionChecker(self._robot, self._scene, state=self._state, config=room)
 
     def _touched_while_closing(
         self, q: Float64Array, opening: float, closed: float
@@ -173,9 +181,8 @@ class Attempt:
         against = self._lifted_into(lift, closed)
         if against:
             return f"it cannot be lifted by {self._config.lift:g} m: object goes into {against}"
-        self._checker.set_object(lying)
         move = plan_path(
-            self._checker,
+            self._free,
             self._start,
             back.end,
             opening=opening,

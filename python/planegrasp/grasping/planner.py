@@ -50,7 +50,8 @@ class PlannerConfig:
         rotation_sigma: largest standard deviation of its rotation [rad].
         need_depth: refuse poses that no depth took part in.
         fit: least probability that the object lies between the open fingers.
-        margin: the robot keeps from what it must not touch [m].
+        margin: that the robot keeps from everything on its way to the pre-grasp [m].
+        close_margin: from what it must not touch, from there on, where it is slow [m].
         lift: how far up the object is taken [m].
         gripper: shape of fingers and palm, for the width of the object between them.
         inverse: search for postures.
@@ -63,7 +64,8 @@ class PlannerConfig:
     rotation_sigma: float = math.radians(3.0)
     need_depth: bool = True
     fit: float = 0.7
-    margin: float = 0.002
+    margin: float = 0.005
+    close_margin: float = 0.001
     lift: float = 0.11
     gripper: GripperShape = field(default_factory=GripperShape)
     inverse: IKConfig = field(default_factory=IKConfig)
