@@ -59,7 +59,8 @@ class ExecutorConfig:
         blind: the last part of the way is done without seeing: the hand is in front [m].
         patience: for catching up with a moving object [s].
         closing: longest time to close [s].
-        settle: how long the fingers must press before the object is lifted [s].
+        settle: how long the fingers must press before the object is lifted: who holds it has to
+            notice, and to let go [s].
         following: a joint farther than this from where it was told to be is blocked [rad or m].
         motion: what is assumed of a moving object.
     """
@@ -78,7 +79,7 @@ class ExecutorConfig:
     blind: float = 0.03
     patience: float = 12.0
     closing: float = 2.0
-    settle: float = 0.3
+    settle: float = 0.5
     following: float = 0.15
     motion: PoseFilterConfig = field(default_factory=PoseFilterConfig)
 
