@@ -194,7 +194,7 @@ def test_a_start_in_collision_is_refused(pr2, carton_model, before_pr2):
 
 def test_an_obstacle_that_supports_the_object_may_touch_it(pr2, carton_model, before_pr2):
     model = with_grasps(carton_model, "side")
-    below = before_pr2 * RigidTransform.from_translation([0.0, -0.121, 0.0])
+    below = before_pr2 * RigidTransform.from_translation([0.0, -0.1195, 0.0])
     post = Obstacle("post", (0.03, 0.03, 0.03), below)
     planner = GraspPlanner(pr2)
     text = reason(pr2, model, before_pr2, scene=Scene((post,)))
