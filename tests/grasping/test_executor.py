@@ -91,7 +91,7 @@ def test_an_object_that_stands_still_is_held(pr2, side_plan, body):
     assert execution.seconds == pytest.approx(run.arm.time)
     assert run.stages == ["moved", "reached", "closed", "lifted"]
     assert run.arm.grips == [(side_plan.opening, side_plan.force), (0.0, side_plan.force)]
-    raised = RigidTransform.from_translation([0.0, 0.0, 0.11]) * side_plan.T_base_gripper
+    raised = RigidTransform.from_translation([0.0, 0.0, 0.12]) * side_plan.T_base_gripper
     expected = {
         "moved": side_plan.T_base_pregrasp,
         "reached": side_plan.T_base_gripper,
@@ -171,7 +171,7 @@ def test_a_moving_object_is_followed(pr2, side_plan, body, velocity):
     assert np.linalg.norm(T_base_gripper.translation - wanted.translation) < 0.002
     assert rotation_angle(T_base_gripper.rotation, wanted.rotation) < np.radians(0.5)
     lifted = run.at["lifted"][2].translation - T_base_gripper.translation
-    np.testing.assert_allclose(lifted, [0.0, 0.0, 0.11], atol=0.001)
+    np.testing.assert_allclose(lifted, [0.0, 0.0, 0.12], atol=0.001)
     run.check_speeds()
 
 

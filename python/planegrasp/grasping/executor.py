@@ -79,7 +79,7 @@ class ExecutorConfig:
     blind: float = 0.03
     patience: float = 12.0
     closing: float = 2.0
-    settle: float = 0.5
+    settle: float = 0.3
     following: float = 0.15
     motion: PoseFilterConfig = field(default_factory=PoseFilterConfig)
 

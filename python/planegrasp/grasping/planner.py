@@ -66,7 +66,7 @@ class PlannerConfig:
     fit: float = 0.7
     margin: float = 0.005
     close_margin: float = 0.001
-    lift: float = 0.11
+    lift: float = 0.12
     gripper: GripperShape = field(default_factory=GripperShape)
     inverse: IKConfig = field(default_factory=IKConfig)
     thorough: IKConfig = field(default_factory=lambda: IKConfig(solutions=16, starts=40))

@@ -126,7 +126,10 @@ class Way:
         config = self._config
         self._arm.grip(0.0, self._plan.force)
         pressed, deadline = 0.0, self._arm.time + config.closing
+        eyes = self._eyes
         while pressed < config.settle:
+            # What is gripped follows the gripper: seen and followed in turn, both would run away.
+            self._eyes = None if self._arm.is_gripping else eyes
             if self._target is None:
                 self._wait()
             elif self._step_after_object(0.0, check=False) > _JUMPED:
