@@ -162,7 +162,8 @@ class GraspExecutor:
 
         Returns:
             What came of it. After anything but "held" the arm has gone back the way it came, with
-            an open gripper, as far as nothing stopped it there (then the reason says so).
+            an open gripper, as far as nothing stopped it there (then the reason says so). If it was
+            stopped with the object in its fingers, it stays and holds it.
 
         Raises:
             InvalidInputError: the arm, or a joint beside it such as a torso, is somewhere else than

@@ -132,12 +132,11 @@ def run_trial(
     """
     config = config or TrialConfig()
     show = show or (lambda stage: None)
-    world, trial = arm.world, Trial()
+    world, trial = arm.world, Trial(collisions=arm.collisions)
     show("initial")
     detection = trial.detection = _find(arm, eyes, config)
     if detection is None or detection.T_camera_object is None:
         trial.cause = "not found"
-        trial.collisions = arm.collisions
         return trial
     T_base_object = world.T_base_camera * detection.T_camera_object
     sighting = eyes.sight(detection)
@@ -154,7 +153,6 @@ def run_trial(
     )
     trial.plan_seconds = time.thread_time() - begun
     if isinstance(plan, GraspRefusal):
-        trial.collisions = arm.collisions
         return trial
     ideal = plan.grasp.adapt(world.T_base_object)
     trial.gripper_error = (
@@ -179,7 +177,6 @@ def run_trial(
         show("held")
     else:
         trial.cause = f"{execution.outcome}: {execution.reason}"
-    trial.collisions = arm.collisions
     return trial
 
 
