@@ -3,6 +3,7 @@ import stat
 
 import numpy as np
 import pytest
+from library_files import edit, snapshot
 
 from planegrasp.errors import (
     DuplicateObjectError,
@@ -33,16 +34,6 @@ def folder(tmp_path, book, carton):
     library.add(carton)
     library.save()
     return tmp_path / "objects"
-
-
-def edit(path, old, new):
-    text = path.read_text()
-    assert old in text
-    path.write_text(text.replace(old, new))
-
-
-def snapshot(folder):
-    return {p: (p.stat().st_mtime_ns, p.stat().st_ino) for p in folder.rglob("*")}
 
 
 # The library as a mapping

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from library_files import edit, snapshot
 
 from planegrasp.body import BoxBody
 from planegrasp.errors import GraspError, LibraryError, SchemaVersionError
@@ -41,18 +42,9 @@ def folder(tmp_path, book, carton):
     return tmp_path / "objects"
 
 
-def edit(path, old, new):
-    text = path.read_text()
-    assert old in text
-    path.write_text(text.replace(old, new))
-
-
-def snapshot(folder):
-    return {p.name: (p.stat().st_mtime_ns, p.stat().st_ino) for p in folder.rglob("*")}
-
-
 def changed(before, after):
-    return {name for name in before.keys() | after.keys() if before.get(name) != after.get(name)}
+    paths = before.keys() | after.keys()
+    return {path.name for path in paths if before.get(path) != after.get(path)}
 
 
 def test_grasps_come_back_as_they_were(folder):

@@ -1,11 +1,11 @@
 import json
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
 from planegrasp.body import BoxBody
-from planegrasp.cli import main
 from planegrasp.geometry import RigidTransform, Rotation
 from planegrasp.library import ObjectLibrary
 
@@ -19,16 +19,8 @@ T_OBJECT_GRIPPER = RigidTransform.from_components(
 
 
 @pytest.fixture
-def run(capsys, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-    def invoke(*arguments):
-        with pytest.raises(SystemExit) as left:
-            main(["grasp", *map(str, arguments)])
-        out, err = capsys.readouterr()
-        return left.value.code or 0, out, err
-
-    return invoke
+def run(run):
+    return partial(run, "grasp")
 
 
 @pytest.fixture(autouse=True)

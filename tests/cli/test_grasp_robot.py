@@ -3,11 +3,11 @@
 import json
 import re
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
-from planegrasp.cli import main
 from planegrasp.geometry import RigidTransform, Rotation
 from planegrasp.grasping import CanonicalGrasp
 from planegrasp.io.camera_file import write_camera
@@ -26,16 +26,8 @@ T_BASE_OBJECT = RigidTransform.from_components(
 
 
 @pytest.fixture
-def run(capsys, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-    def invoke(*arguments):
-        with pytest.raises(SystemExit) as left:
-            main(["grasp", *map(str, arguments)])
-        out, err = capsys.readouterr()
-        return left.value.code or 0, out, err
-
-    return invoke
+def run(run):
+    return partial(run, "grasp")
 
 
 @pytest.fixture(autouse=True)

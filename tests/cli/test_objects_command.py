@@ -1,27 +1,16 @@
 import json
+from functools import partial
 
 import numpy as np
 import pytest
 
-from planegrasp.cli import main
 from planegrasp.grasping import CanonicalGrasp
 from planegrasp.library import ObjectLibrary
 
 
 @pytest.fixture
-def run(capsys, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-    def invoke(*arguments):
-        try:
-            main(["objects", *map(str, arguments)])
-            code = 0
-        except SystemExit as left:
-            code = left.code or 0
-        out, err = capsys.readouterr()
-        return code, out, err
-
-    return invoke
+def run(run):
+    return partial(run, "objects")
 
 
 @pytest.fixture

@@ -3,25 +3,10 @@ import json
 import numpy as np
 import pytest
 
-from planegrasp.cli import main
 from planegrasp.geometry import PinholeCamera
 from planegrasp.io.camera_file import write_camera
 from planegrasp.io.images import read_color, write_color, write_depth
 from planegrasp.library import ObjectLibrary
-
-
-@pytest.fixture
-def run(capsys, tmp_path, monkeypatch):
-    """Run the command line in an empty folder: exit code, standard output, standard error."""
-    monkeypatch.chdir(tmp_path)
-
-    def invoke(*arguments):
-        with pytest.raises(SystemExit) as left:
-            main([str(a) for a in arguments])
-        out, err = capsys.readouterr()
-        return left.value.code or 0, out, err
-
-    return invoke
 
 
 @pytest.fixture

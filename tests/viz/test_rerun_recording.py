@@ -7,6 +7,7 @@ import builtins
 import cv2
 import numpy as np
 import pytest
+from rrd import rows
 
 from planegrasp.errors import MissingExtraError
 from planegrasp.objects import ObjectModel, PlanarFace
@@ -27,25 +28,6 @@ def recording(tmp_path, frame, detection):
         writer.write(frame, [])
         writer.write(later, [detection(with_pose=False)])
     return tmp_path / "out" / "a.rrd"
-
-
-def rows(path, entity, column):
-    """(frame number or None, value) of one column of one entity, in the order of the frames."""
-    from rerun.chunk import RrdReader
-
-    found = []
-    for chunk in RrdReader(path).stream():
-        if chunk.entity_path != entity:
-            continue
-        batch = chunk.to_record_batch()
-        if column not in batch.schema.names:
-            continue
-        values = batch.column(column).to_pylist()
-        numbers = [None] * len(values)
-        if not chunk.is_static:
-            numbers = batch.column("frame").to_pylist()
-        found += list(zip(numbers, values, strict=True))
-    return sorted(found, key=lambda row: -1 if row[0] is None else row[0])
 
 
 def test_poses_by_frame_and_cleared_when_gone(recording, detection):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rrd import rows
 
 from planegrasp.detector import Detector
 from planegrasp.geometry import RigidTransform, Rotation
@@ -47,25 +48,6 @@ def recorded(tmp_path_factory):
         empty = camera.render(world.data, np.random.default_rng(0), timestamp=0.7)
         recording.frame(empty.frame, empty.T_world_camera, None)
     return path, world, truth, found, rendering
-
-
-def rows(path, entity, column):
-    """(time [s] or None, value) of one column of one entity, in the order of time."""
-    from rerun.chunk import RrdReader
-
-    found = []
-    for chunk in RrdReader(path).stream():
-        if chunk.entity_path != entity:
-            continue
-        batch = chunk.to_record_batch()
-        if column not in batch.schema.names:
-            continue
-        values = batch.column(column).to_pylist()
-        times = [None] * len(values)
-        if not chunk.is_static:
-            times = [t.total_seconds() for t in batch.column("time").to_pylist()]
-        found += list(zip(times, values, strict=True))
-    return sorted(found, key=lambda row: -1 if row[0] is None else row[0])
 
 
 def test_bodies_move_as_in_the_simulation(recorded):
