@@ -77,7 +77,7 @@ class DetectorConfig:
     oblique: ObliqueConfig | None = None
     pruning: PruningConfig = field(default_factory=PruningConfig)
     first_look: int = 800
-    closer_look: int = 6
+    closer_look: int = 4
     reference_side: int = 400
     neighbours: int = 6
     same_place: float = 0.03

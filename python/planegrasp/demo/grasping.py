@@ -173,8 +173,7 @@ class Performance:
             assert trial.plan is not None
             reasons = "; ".join(f"{name}: {why}" for name, why in trial.plan.reasons.items())
             return (f"{what} was not grasped: {reasons}",)
-        faults = [] if trial.is_success else [f"{what} was not grasped: {trial.cause}"]
-        return (*faults, *(f"{touch} ({self.act.name})" for touch in trial.collisions))
+        return () if trial.is_success else (f"{what} was not grasped: {trial.cause}",)
 
 
 @dataclass(slots=True)

@@ -97,7 +97,7 @@ class Trial:
     @property
     def is_success(self) -> bool:
         """Grasped, lifted and held, and nothing was touched that must not be."""
-        return self.execution is not None and not self.cause and not self.collisions
+        return self.execution is not None and not self.cause
 
     @property
     def is_refusal(self) -> bool:
@@ -225,3 +225,5 @@ def _hold(arm: SimulatedArm, trial: Trial, config: TrialConfig) -> None:
         trial.cause = f"lifted by {1000 * trial.lifted:.0f} mm only"
     elif trial.slip > config.slip:
         trial.cause = f"slipped by {1000 * trial.slip:.0f} mm"
+    elif trial.collisions:
+        trial.cause = f"held, but {', '.join(trial.collisions)}"
