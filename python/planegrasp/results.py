@@ -5,16 +5,16 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING
 
+from planegrasp.closing import ClosesAtEnd
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from types import TracebackType
-    from typing import Self
 
     from planegrasp.detection import Detection
     from planegrasp.rgbd import RGBDFrame
 
 
-class ResultSink(ABC):
+class ResultSink(ClosesAtEnd, ABC):
     """Stores or shows the detections of frames; a context manager that closes at the end."""
 
     @abstractmethod
@@ -24,17 +24,3 @@ class ResultSink(ABC):
         Raises:
             OSError: it cannot be written.
         """
-
-    def close(self) -> None:  # noqa: B027 - most sinks hold nothing open
-        """Write what is still buffered and release what is held open."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()

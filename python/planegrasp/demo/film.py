@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
+from planegrasp.closing import ClosesAtEnd
 from planegrasp.demo.watching import onlooker_view, wall
 from planegrasp.grasping.plan import GraspPlan
 from planegrasp.io.atomic import write_atomically
@@ -23,8 +24,6 @@ from planegrasp.viz.storyboard import storyboard
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
-    from types import TracebackType
-    from typing import Self
 
     from numpy.typing import NDArray
 
@@ -58,7 +57,7 @@ class _Take:
     found: Detection | None
 
 
-class Film:
+class Film(ClosesAtEnd):
     """Takes pictures of a world at stages, and records it in between; a context manager.
 
     Attributes:
@@ -161,17 +160,10 @@ class Film:
             self._seen = rendering = last[0]
             self._rerun.frame(rendering.frame, rendering.T_world_camera, last[1])
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
+        """Finish what is being written."""
         self._world.watch = None
-        self._stack.__exit__(kind, error, traceback)
+        self._stack.close()
 
 
 def write_storyboard(path: Path, films: Sequence[tuple[str, Film]]) -> None:

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from planegrasp.closing import ClosesAtEnd
 from planegrasp.io.camera_file import write_camera
 from planegrasp.io.images import read_color, write_color, write_depth
 from planegrasp.io.sinks import AnnotatedImageWriter, JsonLinesWriter
@@ -26,8 +27,6 @@ from planegrasp.viz.palette import object_colors
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
-    from types import TracebackType
-    from typing import Self
 
     from planegrasp.demo.scene import Shot
     from planegrasp.detection import Detection
@@ -38,7 +37,7 @@ _DEPTH_SCALE = 0.0002  # metres a unit: finer than the sensor's steps
 _CELL_WIDTH = 390  # of the filmstrip [px]
 
 
-class DemoFolder:
+class DemoFolder(ClosesAtEnd):
     """Writes everything that is made of the frames; a context manager that closes the files.
 
     Attributes:
@@ -119,13 +118,6 @@ class DemoFolder:
         images = [read_color(self.found / f"{self._names[i]}.png") for i in picked]
         write_color(self.filmstrip, filmstrip(images, columns=2, cell_width=_CELL_WIDTH))
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self._stack.__exit__(kind, error, traceback)
+    def close(self) -> None:
+        """Finish what is being written."""
+        self._stack.close()

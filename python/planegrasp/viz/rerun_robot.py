@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from planegrasp.closing import ClosesAtEnd
 from planegrasp.simulation._dependencies import mujoco
 from planegrasp.simulation.world_spec import OBJECT
 from planegrasp.viz.gripper import gripper_lines
@@ -40,8 +41,6 @@ from planegrasp.viz.rerun_parts import (
 
 if TYPE_CHECKING:
     from pathlib import Path
-    from types import TracebackType
-    from typing import Self
 
     from numpy.typing import NDArray
 
@@ -58,7 +57,7 @@ _FLOOR = 4.0  # what is shown of an infinite floor [m]
 _AXES = 0.08  # length of the axes [m]
 
 
-class RobotRecording:
+class RobotRecording(ClosesAtEnd):
     """Writes what a simulated robot does and sees; a context manager that closes the file.
 
     Raises:
@@ -161,17 +160,6 @@ class RobotRecording:
         """Write what is still buffered and close the file."""
         self._stream.flush()
         self._stream.disconnect()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def _at(self, time: float) -> None:
         self._stream.set_time("time", duration=time)
