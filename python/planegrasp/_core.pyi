@@ -570,3 +570,168 @@ class Surf:
         NDArray[np.uint8],
     ]:
         """Points (N×2), scales, angles, responses (N each), descriptors (N×D) of an H×W image."""
+
+@final
+class FollowSettings:
+    """Checked settings of `follow`, as in `planegrasp.tracking.FollowConfig`."""
+
+    def __new__(
+        cls,
+        *,
+        min_tiles: int,
+        min_share: float,
+        min_score: float,
+        max_stretch: float,
+        min_side: float,
+        max_view_angle: float,
+        alignment: AlignmentSettings,
+        pose: FusedSettings,
+    ) -> FollowSettings: ...
+
+@final
+class TrackedObject:
+    """What is kept of an object to follow it; without faces at first."""
+
+    def __new__(cls) -> TrackedObject: ...
+    def add(
+        self,
+        gray: NDArray[np.uint8],
+        face_from_edge: NDArray[np.float64],
+        T_object_face: NDArray[np.float64],
+        width: float,
+        height: float,
+    ) -> None:
+        """Add a face: its H×W reference, and where it is; it gets the next number."""
+
+@final
+class FollowedFace:
+    """A face where it is seen: N tiles that agree with the reference, in both images."""
+
+    @property
+    def face(self) -> int: ...
+    @property
+    def homography(self) -> NDArray[np.float64]: ...
+    @property
+    def reference_points(self) -> NDArray[np.float64]: ...
+    @property
+    def image_points(self) -> NDArray[np.float64]: ...
+    @property
+    def compared(self) -> int: ...
+    @property
+    def score(self) -> float: ...
+
+@final
+class Followed:
+    """An object where it is seen."""
+
+    @property
+    def estimate(self) -> Estimate: ...
+    @property
+    def faces(self) -> list[FollowedFace]: ...
+
+def follow(
+    objects: Sequence[TrackedObject],
+    predicted: Sequence[NDArray[np.float64]],
+    gray: NDArray[np.uint8],
+    depth: NDArray[np.float32] | None,
+    camera: Camera,
+    settings: FollowSettings,
+) -> list[Followed | str]:
+    """Follow objects from their predicted T_camera_object (4×4) into an undistorted frame.
+
+    Returns:
+        For each of them where it is seen, or in words why it is not.
+    """
+
+@final
+class PoseFilterSettings:
+    """Checked settings, as in `planegrasp.pose_filter.PoseFilterConfig`."""
+
+    def __new__(
+        cls,
+        *,
+        linear_acceleration: float,
+        angular_acceleration: float,
+        linear_speed: float,
+        angular_speed: float,
+        tremor: float,
+        angular_tremor: float,
+        gate: float,
+    ) -> PoseFilterSettings: ...
+
+@final
+class FilteredPose:
+    """Pose and velocity at one time, as in `planegrasp.pose_filter.FilteredPose`."""
+
+    def __new__(
+        cls,
+        time: float,
+        T_base_object: NDArray[np.float64],
+        linear_velocity: NDArray[np.float64],
+        angular_velocity: NDArray[np.float64],
+        covariance: NDArray[np.float64],
+    ) -> FilteredPose: ...
+    @staticmethod
+    def first(
+        time: float,
+        T_base_object: NDArray[np.float64],
+        covariance: NDArray[np.float64],
+        settings: PoseFilterSettings,
+    ) -> FilteredPose: ...
+    def predicted(self, time: float, settings: PoseFilterSettings) -> FilteredPose: ...
+    def corrected(
+        self,
+        T_base_object: NDArray[np.float64],
+        covariance: NDArray[np.float64],
+        settings: PoseFilterSettings,
+    ) -> FilteredPose | None: ...
+    @property
+    def time(self) -> float: ...
+    @property
+    def T_base_object(self) -> NDArray[np.float64]: ...
+    @property
+    def linear_velocity(self) -> NDArray[np.float64]: ...
+    @property
+    def angular_velocity(self) -> NDArray[np.float64]: ...
+    @property
+    def covariance(self) -> NDArray[np.float64]: ...
+
+@final
+class MotionSettings:
+    """Checked settings, as in `planegrasp.tracking.MotionFilterConfig`."""
+
+    def __new__(
+        cls,
+        *,
+        moving: PoseFilterSettings,
+        creep: float,
+        angular_creep: float,
+        still_for: float,
+        moving_for: float,
+    ) -> MotionSettings: ...
+
+@final
+class MotionState:
+    """Something that stands still or moves, at one time: both hypotheses with their probability."""
+
+    @staticmethod
+    def first(
+        time: float,
+        T_base_object: NDArray[np.float64],
+        covariance: NDArray[np.float64],
+        settings: MotionSettings,
+    ) -> MotionState: ...
+    def predicted(self, time: float, settings: MotionSettings) -> MotionState: ...
+    def measured(
+        self,
+        time: float,
+        T_base_object: NDArray[np.float64],
+        covariance: NDArray[np.float64],
+        settings: MotionSettings,
+    ) -> MotionState | None: ...
+    @property
+    def time(self) -> float: ...
+    @property
+    def moves(self) -> float: ...
+    @property
+    def pose(self) -> FilteredPose: ...

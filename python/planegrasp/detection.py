@@ -73,6 +73,8 @@ class Detection:
         score: confidence 0 … 1, see `FaceDetection.score`; faces of one object add up.
         pose: the estimated pose, or None where the method could not give one.
         pose_failure: why there is no pose; "" where there is one.
+        tracked: whether it was followed from the frame before rather than found anew; its inliers
+            are the parts of the faces that agree then.
     """
 
     model: ObjectModel
@@ -81,6 +83,7 @@ class Detection:
     score: float
     pose: PoseEstimate | None
     pose_failure: str = ""
+    tracked: bool = False
 
     @property
     def name(self) -> str:

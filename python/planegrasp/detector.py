@@ -21,6 +21,7 @@ from planegrasp.pose import make_pose_estimator
 from planegrasp.references import prepare_face
 from planegrasp.search import FaceSearch, View
 from planegrasp.stopwatch import StopWatch
+from planegrasp.undistorted import Undistorted
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -115,6 +116,7 @@ class Detector:
     references: tuple[FaceReference, ...]
     _index: ReferenceIndex
     _search: FaceSearch
+    _undistorted: Undistorted | None
 
     def __init__(
         self, library: ObjectLibrary | Iterable[ObjectModel], config: DetectorConfig | None = None
@@ -179,7 +181,7 @@ class Detector:
         look = self._index.look(features, self.config.neighbours)
         watch.lap("match")
         evidence = self._search.evidence(look.candidates, features, image_points)
-        flat = _undistort(gray, frame.camera)
+        flat = self._flat(gray, frame.camera)
         view = View(features, image_points, evidence, flat, frame.camera)
         limit = self.config.max_instances
         outcomes = self._search.find(view, look.faces, limit, explain=explain)
@@ -296,8 +298,16 @@ class Detector:
                 by_object.setdefault(reference.object.name, []).append((reference, detection))
         yield from by_object.values()
 
+    def _flat(self, gray: NDArray[np.uint8], camera: PinholeCamera) -> NDArray[np.uint8]:
+        """A grey image without lens distortion; the look-up stays for the camera's next frame."""
+        undistorted = self._undistorted
+        if undistorted is None or undistorted.camera != camera:
+            undistorted = self._undistorted = Undistorted(camera)
+        return undistorted.image(gray)
+
     def _configure(self, config: DetectorConfig | None) -> None:
         self.config = config or DetectorConfig()
+        self._undistorted = None
         extractor, pose = self.config.extractor, self.config.pose
         self._extractor = make_extractor(extractor) if isinstance(extractor, str) else extractor
         self._pose = make_pose_estimator(pose) if isinstance(pose, str) else pose
@@ -364,9 +374,3 @@ def _with_others(report: FaceReport, detections: Sequence[Detection]) -> FaceRep
                 }
                 return replace(report, found=True, stage="found", reason="", figures=figures)
     return report
-
-
-def _undistort(gray: NDArray[np.uint8], camera: PinholeCamera) -> NDArray[np.uint8]:
-    if not camera.is_distorted:
-        return gray
-    return cv2.undistort(gray, camera.matrix, camera.coefficients).astype(np.uint8)

@@ -19,6 +19,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from planegrasp.results import ResultSink
+from planegrasp.undistorted import Undistorted
 from planegrasp.viz.geometry import face_size
 from planegrasp.viz.palette import color_of
 from planegrasp.viz.rerun_parts import (
@@ -33,7 +34,6 @@ from planegrasp.viz.rerun_parts import (
     rerun,
     textured,
 )
-from planegrasp.viz.undistorted import Undistorted
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -104,7 +104,7 @@ class RerunRecording(ResultSink):
         self._stream.log(list(path), what, static=static, strict=True)
 
     def _log_images(self, frame: RGBDFrame) -> None:
-        color = self._undistorted.color(frame.color)
+        color = self._undistorted.image(frame.color)
         self._log(["world", "camera", "color"], encoded_color(self._rr, color))
         cloud, depth = ["world", "cloud"], ["world", "camera", "depth"]
         if frame.depth is None or not frame.has_depth:

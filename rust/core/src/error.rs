@@ -127,6 +127,22 @@ pub enum InputError {
         /// Bytes given.
         bytes: usize,
     },
+    /// A filter was asked for the past.
+    #[error("a pose filter only goes forward in time: it is at {state:?} s, got {time:?} s")]
+    BackInTime {
+        /// Time of its state [s].
+        state: f64,
+        /// Time asked for [s].
+        time: f64,
+    },
+    /// One predicted pose an object.
+    #[error("there must be one predicted pose an object, got {poses} for {objects}")]
+    PoseCount {
+        /// Objects given.
+        objects: usize,
+        /// Poses given.
+        poses: usize,
+    },
 }
 
 /// Why there is no pose.

@@ -43,6 +43,7 @@ pub mod plane;
 pub mod plane_consensus;
 pub mod plane_observation;
 pub mod pnp;
+pub mod pose_filter;
 pub mod pose_problem;
 pub mod pose_state;
 pub mod quadrilateral;
@@ -56,6 +57,7 @@ pub mod surf;
 #[cfg(test)]
 mod synthetic;
 pub mod three_point;
+pub mod tracking;
 
 pub use camera::Camera;
 pub use depth_image::DepthImage;

@@ -12,7 +12,7 @@ use crate::errors::from_input_error;
 /// Checked settings of `AlignmentReference.align`; see `planegrasp.alignment.AlignmentConfig`.
 #[pyclass(frozen, module = "planegrasp._core")]
 pub struct AlignmentSettings {
-    core: AlignmentConfig,
+    pub core: AlignmentConfig,
 }
 
 #[pymethods]

@@ -42,7 +42,8 @@ pub fn isometry(
     rigid::from_matrix(&matrix, name).map_err(from_input_error)
 }
 
-fn matrix<const N: usize>(
+/// An N×N array.
+pub fn matrix<const N: usize>(
     array: &PyReadonlyArrayDyn<'_, f64>,
     name: &str,
 ) -> PyResult<SMatrix<f64, N, N>> {

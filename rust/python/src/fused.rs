@@ -18,7 +18,7 @@ use crate::pnp::insert_settings;
 /// Checked settings of `fused`; see `planegrasp.pose.FusedConfig`.
 #[pyclass(frozen, module = "planegrasp._core")]
 pub struct FusedSettings {
-    core: FusedConfig,
+    pub core: FusedConfig,
 }
 
 #[pymethods]

@@ -20,10 +20,12 @@ mod homography;
 mod matching;
 mod plane;
 mod pnp;
+mod pose_filter;
 mod sift;
 #[cfg(feature = "surf")]
 mod surf;
 mod three_point;
+mod tracking;
 
 use pyo3::prelude::*;
 
@@ -48,6 +50,15 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<face_search::FaceSearch>()?;
     module.add_class::<matching::ReferenceIndex>()?;
     module.add_function(wrap_pyfunction!(coverage::by_usefulness, module)?)?;
+    module.add_class::<pose_filter::PoseFilterSettings>()?;
+    module.add_class::<pose_filter::FilteredPose>()?;
+    module.add_class::<pose_filter::MotionSettings>()?;
+    module.add_class::<pose_filter::MotionState>()?;
+    module.add_class::<tracking::FollowSettings>()?;
+    module.add_class::<tracking::TrackedObject>()?;
+    module.add_class::<tracking::FollowedFace>()?;
+    module.add_class::<tracking::Followed>()?;
+    module.add_function(wrap_pyfunction!(tracking::follow, module)?)?;
     module.add_class::<sift::Sift>()?;
     #[cfg(feature = "surf")]
     module.add_class::<surf::Surf>()?;

@@ -87,7 +87,19 @@ pub fn descend(
             break;
         }
     }
+    keep_agreeing(view, workspace);
     descent
+}
+
+/// Remembers which points of the reference the motion is of.
+fn keep_agreeing(view: &View, workspace: &mut AlignmentWorkspace) {
+    workspace.agreeing.clear();
+    for (observation, &number) in workspace.observations.iter().zip(&workspace.observed) {
+        if observation.weight() > 0.0 {
+            let centre = workspace.templates[number].tile.centre();
+            workspace.agreeing.extend(view.reference_point(centre));
+        }
+    }
 }
 
 /// Largest distance of corresponding corners \[px\].
@@ -106,15 +118,19 @@ fn observe(
     workspace: &mut AlignmentWorkspace,
 ) {
     workspace.observations.clear();
+    workspace.observed.clear();
     let floor = Matrix2::identity() * config.displacement_floor.powi(2);
-    for template in &workspace.templates {
+    for (number, template) in workspace.templates.iter().enumerate() {
         let Some(found) = measure(template, frame, motion) else {
             continue;
         };
         if agrees(&found, config) {
             let covariance = found.covariance + floor;
             let observation = Observation::new(found.predicted, found.offset, covariance, centred);
-            workspace.observations.extend(observation);
+            if let Some(observation) = observation {
+                workspace.observations.push(observation);
+                workspace.observed.push(number);
+            }
         }
     }
 }

@@ -31,4 +31,5 @@ pub use align::{Alignment, align};
 pub use coarse::{CoarseFrames, align_from_afar};
 pub use config::AlignmentConfig;
 pub use reference::AlignmentReference;
+pub use view::apply;
 pub use workspace::AlignmentWorkspace;

@@ -107,6 +107,11 @@ impl Observation {
         })
     }
 
+    /// How much it counted at last.
+    pub fn weight(&self) -> f64 {
+        self.weight
+    }
+
     /// Squared distance from where the parameters put the point, in sigmas.
     #[inline(always)]
     fn squared_residual(&self, p: &SVector<f64, PARAMETERS>) -> f64 {

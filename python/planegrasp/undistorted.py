@@ -17,9 +17,13 @@ class Undistorted:
     """Undistorts the images of one camera; those of a camera without distortion stay as they are.
 
     The look-up is made once: make one object for a sequence of frames.
+
+    Attributes:
+        camera: whose images these are.
     """
 
     def __init__(self, camera: PinholeCamera) -> None:
+        self.camera = camera
         self._maps: tuple[NDArray[np.float32], NDArray[np.float32]] | None = None
         if camera.is_distorted:
             v, u = np.mgrid[0 : camera.height, 0 : camera.width]
@@ -27,8 +31,8 @@ class Undistorted:
             shape = (camera.height, camera.width)
             self._maps = seen[:, 0].reshape(shape), seen[:, 1].reshape(shape)
 
-    def color(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """H×W×3 colour image, black where the camera did not see."""
+    def image(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """H×W×3 colour or H×W grey image, black where the camera did not see."""
         if self._maps is None:
             return image
         return np.asarray(cv2.remap(image, *self._maps, cv2.INTER_LINEAR), dtype=np.uint8)
