@@ -41,8 +41,8 @@ class MotionFilterConfig:
             angular_tremor=0.0,
         )
     )
-    creep: float = 0.0002
-    angular_creep: float = 0.0005
+    creep: float = 0.00005
+    angular_creep: float = 0.0003
     still_for: float = 5.0
     moving_for: float = 1.0
 

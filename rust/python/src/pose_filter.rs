@@ -179,7 +179,10 @@ impl MotionState {
     }
 
     fn predicted(&self, time: f64, settings: PyRef<'_, MotionSettings>) -> PyResult<Self> {
-        self.core.moving.check_time(time).map_err(from_input_error)?;
+        self.core
+            .moving
+            .check_time(time)
+            .map_err(from_input_error)?;
         let core = self.core.predicted(time, &settings.core);
         Ok(Self { core })
     }
@@ -192,7 +195,10 @@ impl MotionState {
         covariance: PyReadonlyArrayDyn<'_, f64>,
         settings: PyRef<'_, MotionSettings>,
     ) -> PyResult<Option<Self>> {
-        self.core.moving.check_time(time).map_err(from_input_error)?;
+        self.core
+            .moving
+            .check_time(time)
+            .map_err(from_input_error)?;
         let measured = measurement(&T_base_object, &covariance)?;
         let state = self.core.measured(time, &measured, &settings.core);
         Ok(state.map(|core| Self { core }))
@@ -240,7 +246,9 @@ fn vector(array: &PyReadonlyArrayDyn<'_, f64>, name: &str) -> PyResult<Vector3<f
         [x, y, z] => Ok(Vector3::new(*x, *y, *z)),
         _ => {
             let shape = array.shape();
-            Err(invalid_input(format!("{name} must have 3 numbers, got shape {shape:?}")))
+            Err(invalid_input(format!(
+                "{name} must have 3 numbers, got shape {shape:?}"
+            )))
         }
     }
 }

@@ -8,9 +8,7 @@ use planegrasp_core::tracking::{self as core, Sight, TrackingConfig};
 use pyo3::prelude::*;
 
 use crate::alignment::AlignmentSettings;
-use crate::arrays::{
-    count, depth_image, gray_image, isometry, matrix3, points_to_numpy, to_numpy,
-};
+use crate::arrays::{count, depth_image, gray_image, isometry, matrix3, points_to_numpy, to_numpy};
 use crate::camera::Camera;
 use crate::errors::from_input_error;
 use crate::estimate::Estimate;
@@ -191,8 +189,13 @@ pub fn follow<'py>(
         .as_ref()
         .map(|array| depth_image(array, camera))
         .transpose()?;
-    let cores: Vec<_> = objects.iter().map(|object| &object.core).zip(poses).collect();
-    let followed = py.detach(|| core::follow_each(&cores, &Sight::new(gray, depth, camera), config));
+    let cores: Vec<_> = objects
+        .iter()
+        .map(|object| &object.core)
+        .zip(poses)
+        .collect();
+    let followed =
+        py.detach(|| core::follow_each(&cores, &Sight::new(gray, depth, camera), config));
     followed
         .into_iter()
         .map(|one| match one {

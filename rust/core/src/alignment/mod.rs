@@ -19,6 +19,7 @@ mod displacement;
 mod footprint;
 mod motion;
 mod reference;
+mod shift;
 mod template;
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]

@@ -327,7 +327,15 @@ fn coarse_frames_bring_home_a_start_that_is_too_far_for_the_fine_one() {
         let coarse = CoarseFrames::new(&image);
         let mut workspace = AlignmentWorkspace::new();
         let reference = reference();
-        let afar = align_from_afar(&reference, &image, &coarse, &start, &config, &mut workspace);
+        let afar = align_from_afar(
+            &reference,
+            &image,
+            &coarse,
+            &start,
+            0,
+            &config,
+            &mut workspace,
+        );
         let error = corner_error(&afar.unwrap().homography, &H);
         assert!(error < 0.2, "{error} px from afar");
         let near = align_in(&pixels, &start, &config);

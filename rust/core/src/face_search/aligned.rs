@@ -102,6 +102,7 @@ pub fn aligned(
                 &view.gray,
                 &coarse,
                 start,
+                0,
                 &config,
                 &mut workspace,
             )

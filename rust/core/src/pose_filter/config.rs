@@ -28,8 +28,14 @@ impl PoseFilterConfig {
     /// [`InputError::OutOfRange`] with the name of the setting.
     pub fn check(&self) -> Result<(), InputError> {
         let settings = [
-            ("linear_acceleration of the pose filter", self.linear_acceleration),
-            ("angular_acceleration of the pose filter", self.angular_acceleration),
+            (
+                "linear_acceleration of the pose filter",
+                self.linear_acceleration,
+            ),
+            (
+                "angular_acceleration of the pose filter",
+                self.angular_acceleration,
+            ),
             ("linear_speed of the pose filter", self.linear_speed),
             ("angular_speed of the pose filter", self.angular_speed),
             ("tremor of the pose filter", self.tremor),

@@ -148,8 +148,7 @@ impl FilteredPose {
     /// The state with its errors changed by so much, and the covariance as it is.
     pub(super) fn moved(&self, change: &SVector<f64, ERRORS>) -> Self {
         let part = |first: usize| Vector3::from(change.fixed_rows::<3>(first));
-        let mut rotation =
-            UnitQuaternion::from_scaled_axis(part(3)) * self.T_base_object.rotation;
+        let mut rotation = UnitQuaternion::from_scaled_axis(part(3)) * self.T_base_object.rotation;
         rotation.renormalize();
         Self {
             T_base_object: Isometry3::from_parts(

@@ -46,10 +46,7 @@ impl TrackingConfig {
     /// # Errors
     /// [`InputError::OutOfRange`] with the name of the setting.
     pub fn check(&self) -> Result<(), InputError> {
-        let shares = [
-            ("min_share", self.min_share),
-            ("min_score", self.min_score),
-        ];
+        let shares = [("min_share", self.min_share), ("min_score", self.min_score)];
         for (name, value) in shares {
             if !(0.0..1.0).contains(&value) {
                 return Err(out_of_range(name, value, "0 … 1, not 1"));

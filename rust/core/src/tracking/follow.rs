@@ -7,12 +7,15 @@ use super::{Lost, Sight, TrackedFace, TrackedObject, TrackingConfig};
 use crate::alignment::{Alignment, AlignmentWorkspace, align, align_from_afar, apply};
 use crate::face::{Correspondence, Face};
 use crate::fused;
-use crate::{PoseEstimate, PoseError};
+use crate::{PoseError, PoseEstimate};
 
 /// An alignment that agrees so well needs no second attempt from afar.
 const GOOD_SCORE: f64 = 0.85;
 /// Over at least this share of the tiles.
 const GOOD_SHARE: f64 = 0.6;
+
+/// A prediction may be off by so many pixels of the coarsest frame, each four of the frame's.
+const SHIFT: u32 = 6;
 
 /// One face where it is seen.
 #[derive(Debug, Clone, PartialEq)]
@@ -117,6 +120,7 @@ fn look(
             &sight.gray,
             sight.coarse(),
             &start,
+            SHIFT,
             settings,
             workspace,
         );
