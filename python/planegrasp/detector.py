@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from planegrasp.detection import Detection, DetectionReport
-from planegrasp.errors import InvalidInputError, LibraryError, PoseError
+from planegrasp.errors import InvalidInputError, LibraryError, PoseError, UnknownObjectError
 from planegrasp.features import make_extractor
 from planegrasp.features.oblique import FRONTAL, ObliqueConfig
 from planegrasp.features.pruning import PruningConfig
@@ -163,22 +163,33 @@ class Detector:
         images = sum(reference.face.image.nbytes for reference in self.references)
         return index + self._search.nbytes + images
 
-    def detect(self, frame: RGBDFrame) -> list[Detection]:
-        """All instances of all objects in a frame, best supported first."""
-        return list(self._run(frame, explain=False).detections)
+    def detect(self, frame: RGBDFrame, among: Iterable[str] | None = None) -> list[Detection]:
+        """All instances of all objects in a frame, best supported first.
+
+        Args:
+            frame: to look at.
+            among: names of the objects to look for; all where None.
+
+        Raises:
+            UnknownObjectError: there is no object of such a name.
+        """
+        faces = None if among is None else self._faces_of(set(among))
+        return list(self._run(frame, explain=False, among=faces).detections)
 
     def explain(self, frame: RGBDFrame) -> DetectionReport:
         """The detections of a frame, with the fate of every face of the library and the times."""
         return self._run(frame, explain=True)
 
-    def _run(self, frame: RGBDFrame, *, explain: bool) -> DetectionReport:
+    def _run(
+        self, frame: RGBDFrame, *, explain: bool, among: NDArray[np.uint32] | None = None
+    ) -> DetectionReport:
         """Algorithm 1 of the paper, a line a stage."""
         watch = StopWatch()
         gray = cv2.cvtColor(frame.color, cv2.COLOR_RGB2GRAY).astype(np.uint8)
         features = self._extractor.extract(gray)
         watch.lap("extract")
         image_points = frame.camera.undistort(features.points)
-        look = self._index.look(features, self.config.neighbours)
+        look = self._index.look(features, self.config.neighbours, among)
         watch.lap("match")
         evidence = self._search.evidence(look.candidates, features, image_points)
         flat = self._flat(gray, frame.camera)
@@ -206,6 +217,16 @@ class Detector:
             ignored = np.setdiff1d(np.arange(len(self.references)), look.faces)
             reports += [self._search.not_proposed(int(face)) for face in ignored]
         return DetectionReport(tuple(detections), tuple(reports), watch.seconds)
+
+    def _faces_of(self, names: set[str]) -> NDArray[np.uint32]:
+        """Numbers of the faces of some objects."""
+        known = {reference.object.name for reference in self.references}
+        if names - known:
+            raise UnknownObjectError(
+                f"there is no object {min(names - known)!r}; there are {', '.join(sorted(known))}"
+            )
+        numbers = [i for i, r in enumerate(self.references) if r.object.name in names]
+        return np.array(numbers, dtype=np.uint32)
 
     def _likeliest(self, unsure: NDArray[np.uint32], view: View) -> NDArray[np.uint32]:
         """Of the faces that a first look left open those with most matches.

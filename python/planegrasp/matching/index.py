@@ -90,8 +90,8 @@ class ReferenceIndex(Protocol):
     descriptor that lies elsewhere, on this face or on another one.
     """
 
-    def look(self, features: Features, k: int) -> Look:
-        """The k nearest references of each feature, quickly."""
+    def look(self, features: Features, k: int, among: NDArray[np.uint32] | None = None) -> Look:
+        """The k nearest references of each feature, quickly; of some faces only if given."""
         ...
 
     def look_closer(self, features: Features, k: int, faces: NDArray[np.uint32]) -> Candidates:
@@ -128,10 +128,10 @@ class NativeIndex:
         self._index.add(face.points, descriptors, face.radius)
         self._sizes.append(len(face.points))
 
-    def look(self, features: Features, k: int) -> Look:
+    def look(self, features: Features, k: int, among: NDArray[np.uint32] | None = None) -> Look:
         """See `ReferenceIndex.look`."""
         descriptors = features.descriptors.astype(np.uint8, copy=False)
-        faces = self._index.propose(descriptors)
+        faces = self._index.propose(descriptors) if among is None else among
         first = self._share(len(faces))
         found = self._index.candidates(descriptors, k, among=faces, first=first)
         closer = first is not None and any(self._sizes[face] > first for face in faces)
@@ -163,9 +163,10 @@ class NeighbourIndex:
         descriptors = np.concatenate([f.descriptors for f in faces])
         self._search = make_matcher(matcher, descriptors, binary=binary)
 
-    def look(self, features: Features, k: int) -> Look:
-        """See `ReferenceIndex.look`."""
-        return Look(self.look_closer(features, k, self._all), self._all, closer=False)
+    def look(self, features: Features, k: int, among: NDArray[np.uint32] | None = None) -> Look:
+        """See `ReferenceIndex.look`; compares with all faces also where only some are asked for."""
+        faces = self._all if among is None else among
+        return Look(self.look_closer(features, k, faces), faces, closer=False)
 
     def look_closer(self, features: Features, k: int, faces: NDArray[np.uint32]) -> Candidates:
         """See `ReferenceIndex.look_closer`; looks at all faces."""

@@ -2,7 +2,8 @@
 
 from planegrasp.tracking.following import FollowConfig, Follower
 from planegrasp.tracking.motion import MotionFilterConfig
-from planegrasp.tracking.tracker import Track, Tracker, TrackerConfig
+from planegrasp.tracking.track import Track
+from planegrasp.tracking.tracker import Tracker, TrackerConfig
 
 __all__ = [
     "FollowConfig",

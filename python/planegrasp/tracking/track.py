@@ -1,0 +1,78 @@
+"""One object that is followed, as of one frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from planegrasp.pose_filter import FilteredPose
+
+if TYPE_CHECKING:
+    from planegrasp import _core
+    from planegrasp.detection import Detection
+    from planegrasp.geometry import RigidTransform
+    from planegrasp.objects import ObjectModel
+
+__all__ = ["Past", "Track"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Track:
+    """One object that is followed.
+
+    Attributes:
+        number: of the track; no other has it.
+        model: the object.
+        instance: its number among the tracks of this object: the smallest that was free.
+        state: pose and velocity in the fixed frame; `filtered` has them as values.
+        seen: when it was seen last [s].
+        detection: in the last frame, None where it was not seen there.
+        reason: why it was not seen in the last frame; "" where it was.
+        frames: how many it was seen in.
+    """
+
+    number: int
+    model: ObjectModel
+    instance: int
+    state: _core.MotionState
+    seen: float
+    detection: Detection | None = None
+    reason: str = ""
+    frames: int = 0
+
+    @property
+    def name(self) -> str:
+        """Of the object."""
+        return self.model.name
+
+    @property
+    def filtered(self) -> FilteredPose:
+        """Pose, velocity and their covariance in the fixed frame, smoothed over time."""
+        return FilteredPose.of(self.state.pose)
+
+    @property
+    def moves(self) -> float:
+        """Probability that it moves, 0 … 1."""
+        return self.state.moves
+
+
+class Past:
+    """Where a track was in the near past.
+
+    Args:
+        memory: how far back it goes [s].
+    """
+
+    def __init__(self, memory: float) -> None:
+        self._memory = memory
+        self._poses: list[tuple[float, RigidTransform]] = []
+
+    def add(self, time: float, T: RigidTransform) -> None:
+        """Remember a pose of a time [s], and forget what is too old by then."""
+        self._poses.append((time, T))
+        while self._poses[0][0] < time - self._memory:
+            self._poses.pop(0)
+
+    def at(self, time: float) -> RigidTransform:
+        """The pose of the time nearest to this one [s]."""
+        return min(self._poses, key=lambda entry: abs(entry[0] - time))[1]
