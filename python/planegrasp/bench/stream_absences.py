@@ -25,6 +25,8 @@ _LARGEST_TILT = np.radians(25.0)
 # How long an object stays before it goes away [s], and how long it is hidden [s].
 _STAY = (1.5, 3.0)
 _HIDDEN = (0.3, 1.0)
+# How long the stream goes on at least after the last object has come back [s].
+_AFTER = 0.5
 # Greatest speed of an object that goes or comes, and of a board before it [m/s].
 _SPEED = (0.4, 1.0)
 
@@ -91,7 +93,7 @@ def live(
         region: of the image; the object is inside of it, or beyond borders of the image.
         radius: of a sphere about where it is held that it never leaves [m].
         rng: draws places, times and speeds.
-        seconds: length of the stream; the last absence ends before.
+        seconds: length of the stream; the last absence ends half a second before.
         rate: frames a second, to tell times in frames.
         leaving: whether it goes away, again and again.
     """
@@ -103,7 +105,7 @@ def live(
         goal = _rest(region, radius, rng)
         draw = _behind_board if behind_board else _out_of_the_image
         event = draw(region, radius, (rest, goal), start, rng)
-        if event.times[3] >= seconds:
+        if event.times[3] + _AFTER > seconds:
             break
         events.append(event)
         rest, behind_board = goal, not behind_board
