@@ -32,8 +32,6 @@ _PLACES = [(x, y) for y in (-0.13, 0.13) for x in (-0.27, 0.0, 0.27)]
 _SIDE = 320
 # A thousand objects are taught: with fewer trial views than by default, which takes half the time.
 _CONFIG = DetectorConfig(pruning=PruningConfig(views=40))
-# The first backgrounds are the scenery, the others give crops: no crop is in view by accident.
-_SCENERY = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,9 +124,12 @@ def run(seed: int, settings: ObjectsSettings, advance: Callable[[], None]) -> Be
 
 
 def library_of(number: int, rng: np.random.Generator) -> list[ObjectModel]:
-    """The six photographs, then by turns crops of others (no scenery here) and noise."""
+    """The six photographs, then by turns crops of others and noise.
+
+    Scenery gives no crops: none is in view by accident.
+    """
     models = [ObjectModel.from_image(n, texture(n), _WIDTH) for n in textures.OBJECTS]
-    sources = textures.backgrounds()[_SCENERY:]
+    sources = textures.backgrounds()[len(textures.scenery()) :]
     while len(models) < number:
         name = f"{'crop' if len(models) % 2 else 'texture'}-{len(models)}"
         image = _crop(sources, rng) if len(models) % 2 else _generated(rng)
@@ -158,7 +159,8 @@ def _generated(rng: np.random.Generator) -> NDArray[np.uint8]:
 
 def _scene(models: Sequence[ObjectModel], rng: np.random.Generator) -> Rendering:
     """The models in some of the six places; the same scenery and poses however many there are."""
-    scenery = textures.backgrounds()[int(rng.integers(_SCENERY))]
+    images = textures.scenery()
+    scenery = images[int(rng.integers(len(images)))]
     places = rng.permutation(len(_PLACES))
     poses = rng.uniform((0, 0, 0), (np.radians(40), 2 * np.pi, 2 * np.pi), (len(_PLACES), 3))
     things = []

@@ -23,7 +23,7 @@ FACE_WIDTH = 0.25
 DISTANCE = 0.7
 
 # An upright face seen straight on: its x right, y up, z towards the camera.
-_FRONTAL = Rotation.from_matrix(np.diag([1.0, -1.0, -1.0]))
+FRONTAL = Rotation.from_matrix(np.diag([1.0, -1.0, -1.0]))
 
 
 def photograph(name: str, width: float = FACE_WIDTH) -> ObjectModel:
@@ -61,7 +61,7 @@ def facing_pose(
     to_sight, _ = Rotation.align_vectors(sight[None], np.array([[0.0, 0.0, 1.0]]))
     out_of_plane = Rotation.from_rotvec(tilt * np.array([np.cos(axis), np.sin(axis), 0.0]))
     in_plane = Rotation.from_rotvec([0.0, 0.0, roll])
-    return RigidTransform.from_components(position, to_sight * out_of_plane * in_plane * _FRONTAL)
+    return RigidTransform.from_components(position, to_sight * out_of_plane * in_plane * FRONTAL)
 
 
 def rectangles(model: ObjectModel, T_camera_object: RigidTransform) -> list[Rectangle]:

@@ -21,11 +21,17 @@ _FILES = {
     "immunohistochemistry": "ihc.png",
     "rocket": "rocket.jpg",
     "retina": "retina.jpg",
+    "camera": "camera.png",
+    "coins": "coins.png",
+    "motorcycle": "motorcycle_left.png",
+    "text": "text.png",
 }
 
 WELL_TEXTURED = ("astronaut", "coffee", "chelsea", "immunohistochemistry")
 WEAK = ("rocket", "retina")
 OBJECTS = (*WELL_TEXTURED, *WEAK)
+# Where more objects are wanted. Some are backgrounds elsewhere; `scenery` has none of them.
+FURTHER = ("motorcycle", "coins", "camera", "text")
 
 _BACKGROUNDS = (
     "hubble_deep_field.jpg",
@@ -39,10 +45,12 @@ _BACKGROUNDS = (
     "text.png",
     "camera.png",
 )
+# The first of them are no things but surroundings.
+_SCENERY = 5
 
 
 def texture(name: str) -> NDArray[np.uint8]:
-    """One of the photographs in `OBJECTS`, H×W×3 uint8 RGB."""
+    """One of the photographs in `OBJECTS` or `FURTHER`, H×W×3 uint8 RGB."""
     return read_color(_folder() / _FILES[name])
 
 
@@ -60,6 +68,11 @@ def backgrounds() -> tuple[NDArray[np.uint8], ...]:
     return tuple(read_color(_folder() / name) for name in _BACKGROUNDS)
 
 
+def scenery() -> tuple[NDArray[np.uint8], ...]:
+    """The backgrounds that show no things: sky, gravel, grass, moon and bricks."""
+    return backgrounds()[:_SCENERY]
+
+
 def background(name: str) -> NDArray[np.uint8]:
     """One of the backgrounds by its file's name without the suffix, H×W×3 uint8 RGB."""
     file = next(file for file in _BACKGROUNDS if Path(file).stem == name)
@@ -69,7 +82,11 @@ def background(name: str) -> NDArray[np.uint8]:
 def random_background(rng: np.random.Generator) -> NDArray[np.uint8]:
     """A random crop, mirrored at random, of one of the backgrounds."""
     images = backgrounds()
-    image = images[int(rng.integers(len(images)))]
+    return random_crop(images[int(rng.integers(len(images)))], rng)
+
+
+def random_crop(image: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:
+    """A part of at least half of each side, mirrored at random."""
     height, width = image.shape[:2]
     share = rng.uniform(0.5, 1.0)
     h, w = round(height * share), round(width * share)

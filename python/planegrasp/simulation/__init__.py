@@ -5,7 +5,8 @@ The world for grasp experiments needs the extra `robot` and is imported by its m
 """
 
 from planegrasp.simulation.depth_sensor import KinectV1
+from planegrasp.simulation.motion_blur import render_moving
 from planegrasp.simulation.rectangle import Rectangle
 from planegrasp.simulation.render import Rendering, render
 
-__all__ = ["KinectV1", "Rectangle", "Rendering", "render"]
+__all__ = ["KinectV1", "Rectangle", "Rendering", "render", "render_moving"]
