@@ -28,7 +28,9 @@ class Track:
         seen: when it was seen last [s].
         detection: in the last frame, None where it was not seen there.
         reason: why it was not seen in the last frame; "" where it was.
-        frames: how many it was seen in.
+        frames: how many it was followed through.
+        missing_since: when it was first looked for in vain, since it was seen last [s]; None where
+            it was not.
     """
 
     number: int
@@ -39,6 +41,7 @@ class Track:
     detection: Detection | None = None
     reason: str = ""
     frames: int = 0
+    missing_since: float | None = None
 
     @property
     def name(self) -> str:

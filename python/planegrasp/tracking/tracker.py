@@ -118,10 +118,10 @@ class Tracker:
         followed = self._follower.follow(predicted, frame)
         found = {t.number: one for t, one in zip(chosen, followed, strict=True)}
         tracks = [
-            self._seen(track, found.get(track.number, _NOT_LOOKED), time, T_fixed_camera)
+            self._seen(track, found.get(track.number), time, T_fixed_camera)
             for track in self.tracks
         ]
-        self._keep([t for t in tracks if time - t.seen <= self.config.patience])
+        self._keep([track for track in tracks if not self._is_lost(track, time)])
         return [track.detection for track in self.tracks if track.detection is not None]
 
     def take(
@@ -177,11 +177,18 @@ class Tracker:
         return RigidTransform(pose.T_base_object, normalize=False)
 
     def _seen(
-        self, track: Track, found: Detection | str, time: float, T_fixed_camera: RigidTransform
+        self,
+        track: Track,
+        found: Detection | str | None,
+        time: float,
+        T_fixed_camera: RigidTransform,
     ) -> Track:
         """The track after a frame."""
+        if found is None:
+            return replace(track, detection=None, reason="no time was spent on it")
         if isinstance(found, str) or found.pose is None:
-            return replace(track, detection=None, reason=str(found))
+            missing = time if track.missing_since is None else track.missing_since
+            return replace(track, detection=None, reason=str(found), missing_since=missing)
         T = T_fixed_camera * found.pose.T_camera_object
         self._pasts[track.number].add(time, T)
         state = None
@@ -191,7 +198,21 @@ class Tracker:
             # Seen, but not where any motion would have led it: its velocity is unknown again.
             state = self._first(found, T, time)
         frames = track.frames + 1
-        return replace(track, state=state, seen=time, detection=found, reason="", frames=frames)
+        return replace(
+            track,
+            state=state,
+            seen=time,
+            detection=found,
+            reason="",
+            frames=frames,
+            missing_since=None,
+        )
+
+    def _is_lost(self, track: Track, time: float) -> bool:
+        """Whether it was looked for in vain, or not seen at all, for too long."""
+        since = track.missing_since
+        in_vain = since is not None and time - since > self.config.patience
+        return in_vain or time - track.seen > self.config.memory
 
     def _first(self, detection: Detection, T: RigidTransform, time: float) -> _core.MotionState:
         return _core.MotionState.first(time, T.as_matrix(), _noise(detection), self._motion)
@@ -200,7 +221,9 @@ class Tracker:
         taken = {t.instance for t in self.tracks if t.model is detection.model}
         instance = next(i for i in range(len(taken) + 1) if i not in taken)
         state = self._first(detection, T, time)
-        track = Track(self._created, detection.model, instance, state, time)
+        # Found in the newest frame, it is seen there, too.
+        seen = replace(detection, instance=instance) if time == self.time else None
+        track = Track(self._created, detection.model, instance, state, time, seen)
         self._pasts[track.number] = Past(self.config.memory)
         self._pasts[track.number].add(time, T)
         self._created += 1
@@ -243,9 +266,6 @@ class Tracker:
             return False
         here, there = (self._pasts[t.number].at(max(a.seen, b.seen)) for t in (a, b))
         return _distance(here, there) < _SAME_TRACK * _size(a.model)
-
-
-_NOT_LOOKED = "no time was spent on it"
 
 
 def _noise(detection: Detection) -> NDArray[np.float64]:
