@@ -127,7 +127,7 @@ class Live(ClosesAtEnd):
         Raises:
             PlanegraspError: the detector could not work with a frame.
         """
-        T_fixed_camera = T_fixed_camera or RigidTransform.identity()
+        T_fixed_camera = RigidTransform.identity() if T_fixed_camera is None else T_fixed_camera
         task, watch = self.task, StopWatch()
         before = self._tracker.tracks
         found = None if self._search is None else self._search.take()

@@ -108,7 +108,7 @@ class Tracker:
         Returns:
             Those seen in this frame, in the order of the tracks.
         """
-        T_fixed_camera = T_fixed_camera or RigidTransform.identity()
+        T_fixed_camera = RigidTransform.identity() if T_fixed_camera is None else T_fixed_camera
         T_camera_fixed = T_fixed_camera.inv()
         time = self._begin_frame(frame)
         chosen = [t for t in self.tracks if only is None or t.number in only]
@@ -143,7 +143,7 @@ class Tracker:
         Returns:
             The new tracks.
         """
-        T_fixed_camera = T_fixed_camera or RigidTransform.identity()
+        T_fixed_camera = RigidTransform.identity() if T_fixed_camera is None else T_fixed_camera
         new = []
         for detection in detections:
             if detection.pose is None:
