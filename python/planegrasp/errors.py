@@ -58,6 +58,10 @@ class SourceError(PlanegraspError):
     """A file or folder with frames is missing, damaged or not in a known layout."""
 
 
+class CameraLostError(PlanegraspError):
+    """A live camera is not there, or has stopped giving frames; opening it again may help."""
+
+
 class RobotError(PlanegraspError):
     """A robot cannot be loaded, or lacks what is asked of it; the message lists what it has."""
 
