@@ -69,8 +69,8 @@ class RobotError(PlanegraspError):
 class MissingExtraError(PlanegraspError, ImportError):
     """A feature needs an optional dependency that is not installed."""
 
-    def __init__(self, feature: str, extra: str) -> None:
+    def __init__(self, feature: str, extra: str, detail: str = "") -> None:
         super().__init__(
             f"an optional dependency is missing for {feature}: install it with "
-            f"`pip install 'planegrasp[{extra}]'`"
+            f"`pip install 'planegrasp[{extra}]'`" + (f" ({detail})" if detail else "")
         )

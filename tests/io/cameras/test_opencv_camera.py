@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 import time
 from contextlib import contextmanager
@@ -11,7 +12,13 @@ import cv2
 import numpy as np
 import pytest
 
-from planegrasp.errors import CameraError, CameraLostError, InvalidInputError, SourceError
+from planegrasp.errors import (
+    CameraError,
+    CameraLostError,
+    InvalidInputError,
+    MissingExtraError,
+    SourceError,
+)
 from planegrasp.geometry import PinholeCamera
 from planegrasp.io.cameras import (
     EventKind,
@@ -126,10 +133,13 @@ def test_field_of_view_is_used():
 
 def test_names():
     assert open_camera("opencv").name == "opencv:0"
+    assert is_camera_name("realsense")
     assert is_camera_name("opencv:rtsp://host/stream")
     assert not is_camera_name("recordings/opencv")
     assert not is_camera_name("./realsense")
-    with pytest.raises(InvalidInputError, match="no camera is named 'kinect:0'"):
+    with pytest.raises(
+        InvalidInputError, match="no camera is named 'kinect:0': expected realsense"
+    ):
         open_camera("kinect:0")
 
 
@@ -143,3 +153,13 @@ def test_options_that_cannot_be():
         open_camera("opencv:0", width=640)
     with pytest.raises(InvalidInputError, match="must be > 0"):
         open_camera("opencv:0", frames_per_second=0)
+
+
+@pytest.mark.parametrize(
+    ("driver", "module"), [("realsense", "pyrealsense2"), ("openni", "openni")]
+)
+def test_a_driver_that_is_not_installed_says_what_to_install(driver, module, monkeypatch):
+    monkeypatch.setitem(sys.modules, module, None)
+    monkeypatch.delitem(sys.modules, f"planegrasp.io.cameras.{driver}", raising=False)
+    with pytest.raises(MissingExtraError, match=rf"pip install 'planegrasp\[{driver}\]'"):
+        open_camera(driver)

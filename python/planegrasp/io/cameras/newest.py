@@ -79,7 +79,6 @@ class NewestFrame(ClosesAtEnd):
 
     Attributes:
         name: of the source.
-        notes: see `FrameSource.notes`.
     """
 
     def __init__(self, source: Camera | FrameSource, config: StreamConfig | None = None) -> None:
@@ -90,7 +89,6 @@ class NewestFrame(ClosesAtEnd):
         """
         self.config = config or StreamConfig()
         self.name = source.name
-        self.notes = source.notes
         self._source = source
         self._slot = FrameSlot()
         self._stop = Event()
@@ -107,6 +105,11 @@ class NewestFrame(ClosesAtEnd):
         # A daemon, so that a driver that never returns cannot keep the program from ending.
         self._thread = Thread(target=self._run, name=f"frames of {self.name}", daemon=True)
         self._thread.start()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the user should know of the source, see `FrameSource.notes`."""
+        return self._source.notes
 
     @property
     def status(self) -> StreamStatus:

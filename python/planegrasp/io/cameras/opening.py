@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from planegrasp.geometry import PinholeCamera
     from planegrasp.io.cameras.base import Camera
 
-DRIVERS = ("opencv",)
+DRIVERS = ("realsense", "opencv", "openni")
 """What a camera's name starts with."""
 
 
@@ -33,6 +33,8 @@ def open_camera(
     """The camera of that name, which starts when `NewestFrame` or its `open` does so.
 
     ======================  ====================================================================
+    ``realsense[:SERIAL]``  colour and aligned depth of a RealSense; needs the extra `realsense`
+    ``openni[:URI]``        Kinect-class sensors through OpenNI2; needs the extra `openni`
     ``opencv:NUMBER|URL``   any camera or stream that OpenCV opens; without depth
     ======================  ====================================================================
 
@@ -66,4 +68,15 @@ def open_camera(
         from planegrasp.io.cameras.opencv import OpenCVCamera
 
         return OpenCVCamera(device or "0", intrinsics, field_of_view, mode)
-    raise InvalidInputError(f"no camera is named {name!r}: expected opencv:0 or opencv:rtsp://…")
+    if driver == "realsense":
+        from planegrasp.io.cameras.realsense import RealSenseCamera
+
+        return RealSenseCamera(device, intrinsics, mode)
+    if driver == "openni":
+        from planegrasp.io.cameras.openni import OpenNICamera
+
+        return OpenNICamera(device, intrinsics, field_of_view, mode)
+    raise InvalidInputError(
+        f"no camera is named {name!r}: expected realsense, realsense:SERIAL, openni, "
+        f"opencv:0 or opencv:rtsp://…"
+    )
