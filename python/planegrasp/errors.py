@@ -62,6 +62,10 @@ class CameraLostError(PlanegraspError):
     """A live camera is not there, or has stopped giving frames; opening it again may help."""
 
 
+class RecordingError(PlanegraspError):
+    """A recording cannot be written, or not any further; the message says what can be read."""
+
+
 class RobotError(PlanegraspError):
     """A robot cannot be loaded, or lacks what is asked of it; the message lists what it has."""
 

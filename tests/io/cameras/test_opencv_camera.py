@@ -137,9 +137,7 @@ def test_names():
     assert is_camera_name("opencv:rtsp://host/stream")
     assert not is_camera_name("recordings/opencv")
     assert not is_camera_name("./realsense")
-    with pytest.raises(
-        InvalidInputError, match="no camera is named 'kinect:0': expected realsense"
-    ):
+    with pytest.raises(InvalidInputError, match=r"named 'kinect:0': expected realsense"):
         open_camera("kinect:0")
 
 

@@ -1,6 +1,7 @@
 """The OpenNI2 driver on the dummy device that comes with OpenNI2.
 
-In processes of their own: that device crashes OpenNI2's shutdown once it has given frames.
+In processes of their own, which end without closing it: once it has given frames, that device may
+crash OpenNI2 when it is closed.
 """
 
 from __future__ import annotations
@@ -53,7 +54,10 @@ def _dummy():
         _load_library()
     except MissingExtraError as error:
         pytest.skip(str(error))
-    failure = in_process("done(error=caught(open_camera('openni:Dummy').open))")["error"]
+    failure = in_process("""
+camera = open_camera("openni:Dummy")
+done(error=caught(camera.open))
+""")["error"]
     if failure:
         pytest.skip(f"OpenNI2 comes without its dummy device: {failure}")
 

@@ -15,7 +15,7 @@ import numpy as np
 from planegrasp.errors import CameraError, CameraLostError, MissingExtraError
 from planegrasp.geometry import PinholeCamera
 from planegrasp.io.cameras.mode import StreamMode
-from planegrasp.io.cameras.pairing import FramePairing
+from planegrasp.io.pairing import FramePairing
 from planegrasp.io.sources.base import ASSUMED_FIELD_OF_VIEW, assumed_camera, assumption_note
 from planegrasp.rgbd import RGBDFrame
 
@@ -106,13 +106,13 @@ class OpenNICamera:
         while (left := deadline - time.monotonic()) > 0:
             try:
                 stream = openni2.wait_for_any_stream([self._depth, self._color], left)
-                pair = None if stream is None else self._paired(stream)
+                ready = [] if stream is None else self._paired(stream)
             except OpenNIError as error:
                 raise CameraLostError(f"{self.name}: {_message(error)}") from error
             if stream is None:
                 break
-            if pair is not None:
-                return self._frame(*pair)
+            if ready:
+                return self._frame(*ready[-1])
         raise CameraLostError(f"{self.name} gives no frames any more")
 
     def close(self) -> None:
@@ -180,7 +180,9 @@ class OpenNICamera:
         angle = ASSUMED_FIELD_OF_VIEW if self._angle is None else self._angle
         return assumed_camera(width, height, angle)
 
-    def _paired(self, stream: Any) -> Any:
+    def _paired(
+        self, stream: Any
+    ) -> list[tuple[float, NDArray[np.uint8], NDArray[np.float32] | None]]:
         frame = stream.read_frame()
         try:
             stamp = frame.timestamp / 1e6

@@ -10,8 +10,8 @@ import numpy as np
 
 from planegrasp.errors import CameraError, CameraLostError, MissingExtraError
 from planegrasp.geometry import PinholeCamera
-from planegrasp.io.cameras.lens import brown_conrady
 from planegrasp.io.cameras.mode import StreamMode
+from planegrasp.io.lens import brown_conrady
 from planegrasp.rgbd import RGBDFrame
 
 try:
