@@ -12,7 +12,7 @@ def paired(*steps, gap=0.4, patience=1):
     for kind, stamp in steps:
         bring = pairing.first if kind == "c" else pairing.second
         outs += bring(stamp, f"{kind}{stamp:.1f}")
-    outs += [(*out[:2], "rest") for out in pairing.rest()]
+    outs += [(stamp, colour, depth or "rest") for stamp, colour, depth in pairing.rest()]
     return [(colour, depth) for _, colour, depth in outs]
 
 
@@ -35,6 +35,13 @@ def test_lagging_depth_finds_its_colour_within_the_patience():
 def test_colour_without_partner_goes_when_it_is_clear_that_none_comes():
     assert paired(("c", 1), ("c", 2), ("d", 2)) == [("c1.0", None), ("c2.0", "d2.0")]
     assert paired(("c", 1), ("d", 2), ("c", 2), patience=9) == [("c1.0", None), ("c2.0", "d2.0")]
+
+
+def test_the_nearest_is_found_where_another_one_comes_first():
+    steps = [("d", 0.7), ("c", 1), ("d", 1), ("c", 2)]
+    assert paired(*steps) == [("c1.0", "d1.0"), ("c2.0", "rest")]
+    assert paired(("d", 0.7), ("c", 1), ("c", 2)) == [("c1.0", "d0.7"), ("c2.0", "rest")]
+    assert paired(("d", 0.7), ("c", 1)) == [("c1.0", "d0.7")], "at the end"
 
 
 def test_depth_is_used_once():

@@ -14,16 +14,16 @@ _FEWEST_KEPT = 4
 class FramePairing(Generic[First, Second]):
     """Gives each item of a first stream (colour) with the one of a second (depth) nearest in time.
 
-    An item of the first stream waits until its partner is there, or a later item of the second
-    stream shows that none comes, or more items of its own stream wait than `patience`. Items come
-    out in the order of the first stream; those without a partner come with None.
+    An item of the first stream waits until its partner is known, or that none comes, or more items
+    of its own stream wait than `patience`. Items come out in the order of the first stream; those
+    without a partner come with None.
     """
 
     def __init__(self, largest_gap: float, patience: int = 1) -> None:
         """Begin without any item.
 
         Args:
-            largest_gap: partners lie no farther apart in time than this [s].
+            largest_gap: partners lie no farther apart in time than this [s], half a frame.
             patience: how many items of the first stream may wait.
         """
         self._largest_gap = largest_gap
@@ -49,8 +49,7 @@ class FramePairing(Generic[First, Second]):
 
     def rest(self) -> list[tuple[float, First, Second | None]]:
         """What still waits, at the end of the streams."""
-        waiting: list[tuple[float, First, Second | None]]
-        waiting = [(stamp, item, None) for stamp, item in self._firsts]
+        waiting = [(stamp, item, self._taken_partner(stamp)) for stamp, item in self._firsts]
         self._firsts.clear()
         return waiting
 
@@ -58,15 +57,21 @@ class FramePairing(Generic[First, Second]):
         ready: list[tuple[float, First, Second | None]] = []
         while self._firsts:
             stamp, item = self._firsts[0]
-            partner = self._partner(stamp)
-            is_late = bool(self._seconds) and self._seconds[-1][0] > stamp + self._largest_gap
-            if partner is None and not is_late and len(self._firsts) <= self._patience:
+            if not self._is_decided(stamp) and len(self._firsts) <= self._patience:
                 break
             self._firsts.popleft()
-            ready.append((stamp, item, None if partner is None else partner[1]))
+            ready.append((stamp, item, self._taken_partner(stamp)))
         return ready
 
-    def _partner(self, stamp: float) -> tuple[float, Second] | None:
+    def _is_decided(self, stamp: float) -> bool:
+        """Whether the nearest of the second stream is known: its stamps grow from here on."""
+        if not self._seconds:
+            return False
+        # With one rate for both streams, what is nearer than a quarter of a frame is the nearest.
+        surely = self._seconds[-1][0] >= stamp
+        return surely or stamp - self._seconds[-1][0] <= self._largest_gap / 2
+
+    def _taken_partner(self, stamp: float) -> Second | None:
         if not self._seconds:
             return None
         nearest = min(self._seconds, key=lambda entry: abs(entry[0] - stamp))
@@ -74,4 +79,4 @@ class FramePairing(Generic[First, Second]):
             return None
         while self._seconds.popleft() is not nearest:
             pass
-        return nearest
+        return nearest[1]

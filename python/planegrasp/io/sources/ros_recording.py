@@ -94,7 +94,7 @@ class RosRecording:
         """The frames in order."""
         names = self.topics
         cameras = _Cameras(self._first_camera, rectified=self._is_rectified)
-        pairing: FramePairing[Any, Any] = FramePairing(self._gap, _PATIENCE)
+        pairing: FramePairing[Any, Any] = FramePairing(self._gap, _PATIENCE if names.depth else 0)
         number = 0
         wanted = {name for name in (names.color, names.depth, names.info) if name}
         for raw in self._file.messages(wanted):
