@@ -201,7 +201,7 @@ def test_depth_that_is_not_aligned(tmp_path):
     with pytest.raises(SourceError, match="depth is 7×6 and colour 8×6: name a topic of depth"):
         list(source)
     source = open_source(path, topics=RecordingTopics(depth=""))
-    assert source.notes == ("the recording is read without depth",)
+    assert source.notes == ()
     assert [one.depth for one in source] == [None]
 
 

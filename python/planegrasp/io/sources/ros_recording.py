@@ -68,9 +68,9 @@ class RosRecording:
         self._file = file
         self._depth_scale = depth_scale or MILLIMETRES
         try:
-            self.topics = choose_topics(
-                file.types, topics or RecordingTopics(), needs_info=camera is None
-            )
+            filled = {topic: kind for topic, kind in file.types.items() if file.counts[topic]}
+            asked = topics or RecordingTopics()
+            self.topics = choose_topics(filled, asked, needs_info=camera is None)
         except SourceError as error:
             end = f" ({file.cut_off})" if file.cut_off else ""
             raise SourceError(f"{name}: {error}{end}") from None
@@ -85,8 +85,8 @@ class RosRecording:
         depth = self.topics.depth
         if depth and not any(word in depth for word in ("aligned", "registered")):
             notes.append(f"taking depth of {depth} as aligned to {self.topics.color}")
-        if not depth:
-            notes.append("the recording is read without depth")
+        if not depth and asked.depth is None:
+            notes.append(f"{name} has no depth images")
         self.notes = tuple(notes)
         self._gap = self._half_a_frame()
 
