@@ -58,6 +58,14 @@ class SourceError(PlanegraspError):
     """A file or folder with frames is missing, damaged or not in a known layout."""
 
 
+class CameraLostError(PlanegraspError):
+    """A live camera is not there, or has stopped giving frames; opening it again may help."""
+
+
+class RecordingError(PlanegraspError):
+    """A recording cannot be written, or not any further; the message says what can be read."""
+
+
 class RobotError(PlanegraspError):
     """A robot cannot be loaded, or lacks what is asked of it; the message lists what it has."""
 
@@ -65,8 +73,8 @@ class RobotError(PlanegraspError):
 class MissingExtraError(PlanegraspError, ImportError):
     """A feature needs an optional dependency that is not installed."""
 
-    def __init__(self, feature: str, extra: str) -> None:
+    def __init__(self, feature: str, extra: str, detail: str = "") -> None:
         super().__init__(
             f"an optional dependency is missing for {feature}: install it with "
-            f"`pip install 'planegrasp[{extra}]'`"
+            f"`pip install 'planegrasp[{extra}]'`" + (f" ({detail})" if detail else "")
         )

@@ -15,6 +15,7 @@ from planegrasp.cli.demo import demo
 from planegrasp.cli.detect import detect
 from planegrasp.cli.grasp import app as grasp
 from planegrasp.cli.objects import objects
+from planegrasp.cli.record import record
 from planegrasp.cli.teach import teach
 from planegrasp.errors import PlanegraspError
 
@@ -68,6 +69,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 app.command()(teach)
 app.command()(objects)
 app.command()(detect)
+app.command()(record)
 app.add_typer(grasp, name="grasp")
 app.command()(demo)
 app.add_typer(bench, name="bench")

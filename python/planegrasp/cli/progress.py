@@ -10,12 +10,14 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def frame_progress(what: str, frames: int, unit: str = "frames") -> Iterator[Callable[[], None]]:
+def frame_progress(
+    what: str, frames: int | None, unit: str = "frames"
+) -> Iterator[Callable[[], None]]:
     """A bar on standard error, where that is a terminal, which is gone at the end.
 
     Args:
         what: is being done.
-        frames: how many there are.
+        frames: how many there are, or None where that is not known.
         unit: what they are called.
 
     Yields:

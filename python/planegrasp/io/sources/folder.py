@@ -4,6 +4,9 @@ RGB-D folders come in two forms, both with `camera.json` (see `planegrasp.io.cam
 
     color/000000.png  depth/000000.png        two folders, the same file names but for the suffix
     000000-color.png  000000-depth.png        one folder, two files a frame
+
+The first form may have a `frames.txt` (see `planegrasp.io.sources.frame_list`), as `planegrasp
+record` writes it: then its frames are read, with their timestamps, and may lack depth.
 """
 
 from __future__ import annotations
@@ -14,6 +17,7 @@ from typing import TYPE_CHECKING
 from planegrasp.errors import SourceError
 from planegrasp.io.images import IMAGE_SUFFIXES, MILLIMETRES
 from planegrasp.io.sources.base import ASSUMED_FIELD_OF_VIEW, assumed_camera, assumption_note
+from planegrasp.io.sources.frame_list import FRAME_LIST, read_frame_list
 from planegrasp.io.sources.sequence import FrameFiles, ImageSequence, fixed_camera, natural_key
 
 if TYPE_CHECKING:
@@ -69,6 +73,8 @@ def rgbd_folder(path: Path, camera: PinholeCamera, depth_scale: float) -> ImageS
     Raises:
         SourceError: there are no colour images, or a colour image has no depth image.
     """
+    if (path / FRAME_LIST).is_file():
+        return _recorded_folder(path, camera, depth_scale)
     if (path / COLOR_FOLDER).is_dir():
         depth = path / DEPTH_FOLDER
         if not depth.is_dir():
@@ -83,6 +89,26 @@ def rgbd_folder(path: Path, camera: PinholeCamera, depth_scale: float) -> ImageS
             raise SourceError(f"{color} has no depth image: expected {name}{DEPTH_ENDING}.png")
         triples.append((name, color, depth_file))
     return _sequence(path, triples, camera, depth_scale, None)
+
+
+def _recorded_folder(path: Path, camera: PinholeCamera, depth_scale: float) -> ImageSequence:
+    listed = read_frame_list(path / FRAME_LIST)
+    for_size = fixed_camera(camera)
+    files = []
+    for name, stamp in listed.stamps.items():
+        color, depth = path / COLOR_FOLDER / f"{name}.png", path / DEPTH_FOLDER / f"{name}.png"
+        if not color.is_file():
+            raise SourceError(f"{color} is missing, which {path / FRAME_LIST} lists")
+        files.append(
+            FrameFiles(
+                name, color, depth if depth.is_file() else None, for_size, depth_scale, stamp
+            )
+        )
+    notes: tuple[str, ...] = ()
+    if not listed.finished:
+        last = f"after {files[-1].name}" if files else "before the first frame"
+        notes = (f"{path.name} was cut off when it was recorded: it ends {last}",)
+    return ImageSequence(path.name, files, camera, notes)
 
 
 def paired_images(colors: Path, depths: Path | None) -> list[NamedPair]:

@@ -10,17 +10,19 @@ from planegrasp.errors import SourceError
 from planegrasp.geometry import PinholeCamera
 from planegrasp.io.camera_file import read_camera
 from planegrasp.io.images import IMAGE_SUFFIXES, MILLIMETRES
-from planegrasp.io.sources import bop, folder, tum
+from planegrasp.io.sources import bop, folder, ros, tum
 from planegrasp.io.sources.video import VIDEO_SUFFIXES, VideoSource
 
 if TYPE_CHECKING:
     from planegrasp.io.sources.base import FrameSource
+    from planegrasp.io.sources.ros_topics import RecordingTopics
 
 _LAYOUTS = (
     f"an RGB-D folder ({folder.COLOR_FOLDER}/, {folder.DEPTH_FOLDER}/, {folder.CAMERA_FILE}; or "
     f"NAME{folder.COLOR_ENDING}.png, NAME{folder.DEPTH_ENDING}.png, {folder.CAMERA_FILE}), "
     f"a TUM RGB-D sequence ({tum.COLOR_LIST}, {tum.DEPTH_LIST}), "
-    f"a BOP scene ({bop.CAMERA_LIST}, rgb/, depth/) or a folder of images"
+    f"a BOP scene ({bop.CAMERA_LIST}, rgb/, depth/), a ROS 2 recording ({ros.METADATA}) "
+    f"or a folder of images"
 )
 
 
@@ -31,8 +33,9 @@ def open_source(
     depth: str | Path | None = None,
     depth_scale: float | None = None,
     field_of_view: float | None = None,
+    topics: RecordingTopics | None = None,
 ) -> FrameSource:
-    """Open an image, a folder of images, a video, or an RGB-D, TUM or BOP folder.
+    """Open an image, a folder of images, a video, an RGB-D, TUM or BOP folder, or a ROS recording.
 
     Args:
         path: file or folder; its layout is recognised by what it holds.
@@ -41,15 +44,22 @@ def open_source(
         depth_scale: metres per unit of the depth images. By default what the layout prescribes
             (TUM, BOP), else the camera file's, else 0.001.
         field_of_view: horizontal [rad], for images and videos without a camera.
+        topics: of a ROS recording, where they cannot be chosen by their names.
 
     Raises:
         SourceError: the path is missing or of no known layout, or an option does not apply to it.
+        MissingExtraError: it is a ROS recording, and the extra `bags` is not installed.
         CameraError: the camera file is that of no camera.
     """
     path = Path(path)
     if not path.exists():
         raise SourceError(f"there is no file or folder {path}")
     given = _Given(camera, None if depth is None else Path(depth), depth_scale, field_of_view)
+    if ros.is_recording(path):
+        given.refuse("a ROS recording", depth=given.depth, field_of_view=given.field_of_view)
+        return ros.ros_recording(path, given.camera, given.explicit_scale, topics)
+    if topics is not None:
+        raise SourceError(f"topics are for ROS recordings, but {path} is none")
     return _open_folder(path, given) if path.is_dir() else _open_file(path, given)
 
 
@@ -101,7 +111,7 @@ def _open_file(path: Path, given: _Given) -> FrameSource:
         return folder.single_image(path, given.camera, given.depth, scale, given.field_of_view)
     raise SourceError(
         f"{path} is neither an image ({', '.join(sorted(IMAGE_SUFFIXES))}) nor a video "
-        f"({', '.join(sorted(VIDEO_SUFFIXES))})"
+        f"({', '.join(sorted(VIDEO_SUFFIXES))}) nor a ROS recording ({', '.join(ros.SUFFIXES)})"
     )
 
 

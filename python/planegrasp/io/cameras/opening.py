@@ -1,0 +1,82 @@
+"""Choosing a driver by name."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from planegrasp.errors import InvalidInputError, SourceError
+
+if TYPE_CHECKING:
+    from planegrasp.geometry import PinholeCamera
+    from planegrasp.io.cameras.base import Camera
+
+DRIVERS = ("realsense", "opencv", "openni")
+"""What a camera's name starts with."""
+
+
+def is_camera_name(text: str) -> bool:
+    """Whether a source is named as a camera; a file of such a name is opened as ``./NAME``."""
+    return text.split(":", 1)[0] in DRIVERS
+
+
+def open_camera(
+    name: str,
+    *,
+    camera: PinholeCamera | str | Path | None = None,
+    field_of_view: float | None = None,
+    width: int | None = None,
+    height: int | None = None,
+    frames_per_second: int | None = None,
+) -> Camera:
+    """The camera of that name, which starts when `NewestFrame` or its `open` does so.
+
+    ======================  ====================================================================
+    ``realsense[:SERIAL]``  colour and aligned depth of a RealSense; needs the extra `realsense`
+    ``openni[:URI]``        Kinect-class sensors through OpenNI2; needs the extra `openni`
+    ``opencv:NUMBER|URL``   any camera or stream that OpenCV opens; without depth
+    ======================  ====================================================================
+
+    Args:
+        name: of the driver and the device; without a device the first one is taken.
+        camera: intrinsics of the colour image, or a camera file, instead of the device's own.
+        field_of_view: horizontal [rad], for cameras that do not know their intrinsics.
+        width: of the images [px]; by default the driver's choice, 640×480 where it has to be told.
+        height: of the images [px].
+        frames_per_second: by default the driver's choice, 30 where it has to be told.
+
+    Raises:
+        InvalidInputError: no driver has that name, or an option has no sensible value.
+        MissingExtraError: what the driver needs is not installed.
+        SourceError, CameraError: the camera file is none.
+    """
+    from planegrasp.io.camera_file import read_camera
+    from planegrasp.io.cameras.mode import StreamMode
+
+    driver, _, device = name.partition(":")
+    if camera is not None and field_of_view is not None:
+        raise SourceError("give a camera or a field of view, not both")
+    if field_of_view is not None and not 0.0 < field_of_view < math.pi:
+        raise InvalidInputError(
+            f"the field of view must lie between 0° and 180°, "
+            f"got {math.degrees(field_of_view):.6g}°"
+        )
+    mode = StreamMode(width, height, frames_per_second)
+    intrinsics = read_camera(camera)[0] if isinstance(camera, (str, Path)) else camera
+    if driver == "opencv":
+        from planegrasp.io.cameras.opencv import OpenCVCamera
+
+        return OpenCVCamera(device or "0", intrinsics, field_of_view, mode)
+    if driver == "realsense":
+        from planegrasp.io.cameras.realsense import RealSenseCamera
+
+        return RealSenseCamera(device, intrinsics, mode)
+    if driver == "openni":
+        from planegrasp.io.cameras.openni import OpenNICamera
+
+        return OpenNICamera(device, intrinsics, field_of_view, mode)
+    raise InvalidInputError(
+        f"no camera is named {name!r}: expected realsense, realsense:SERIAL, openni, "
+        f"opencv:0 or opencv:rtsp://…"
+    )

@@ -1,0 +1,140 @@
+"""The messages of MCAP files, also of such that were not finished."""
+
+from __future__ import annotations
+
+import struct
+from typing import TYPE_CHECKING, BinaryIO, cast
+
+from planegrasp.errors import MissingExtraError, SourceError
+from planegrasp.io.sources.ros_messages import RawMessage
+
+try:
+    from mcap.exceptions import EndOfFile, McapError
+    from mcap.reader import SeekingReader
+    from mcap.records import Channel, Message, Schema
+    from mcap.stream_reader import CRCValidationError, StreamReader
+    from zstandard import ZstdError
+except ImportError as error:
+    raise MissingExtraError("MCAP recordings", "bags", str(error)) from error
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator, Sequence
+    from pathlib import Path
+
+    from mcap.summary import Summary
+
+MCAP_MAGIC = b"\x89MCAP0\r\n"
+
+_DAMAGE = (McapError, CRCValidationError, ZstdError, RuntimeError, struct.error, ValueError)
+_ENCODINGS = {"cdr": False, "ros1": True}  # of messages; whether ROS 1
+
+
+class McapFiles:
+    """A `MessageFile` over one MCAP file, or over several that follow each other.
+
+    A file that was not finished, because the recorder was killed or the file cut, is read up to its
+    last complete message.
+    """
+
+    def __init__(self, paths: Sequence[Path]) -> None:
+        """Read the tables of contents, or all of a file that has none.
+
+        Raises:
+            SourceError: a file is damaged.
+        """
+        self._paths = tuple(paths)
+        self.types: dict[str, str] = {}
+        self.counts: dict[str, int] = {}
+        self.cut_off = ""
+        for path in self._paths:
+            summary = _summary(path)
+            if summary is None or summary.statistics is None:
+                self._scan(path)
+                continue
+            for channel in summary.channels.values():
+                schema = summary.schemas.get(channel.schema_id)
+                count = summary.statistics.channel_message_counts.get(channel.id, 0)
+                self._add(channel, schema, count)
+
+    def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
+        """See `MessageFile.messages`."""
+        for path in self._paths:
+            for schema, channel, message in _read(path):
+                is_ros1 = _ENCODINGS.get(channel.message_encoding)
+                if channel.topic in topics and schema is not None and is_ros1 is not None:
+                    stamp = message.log_time / 1e9
+                    yield RawMessage(channel.topic, stamp, schema.name, message.data, is_ros1)
+
+    def _scan(self, path: Path) -> None:
+        first: int | None = None
+        last = 0
+        for schema, channel, message in _read(path):
+            self._add(channel, schema, 1)
+            first = message.log_time if first is None else first
+            last = message.log_time
+        with path.open("rb") as stream:
+            if _is_finished(stream):
+                return
+        seconds = 0.0 if first is None else (last - first) / 1e9
+        self.cut_off = (
+            f"{path.name} was cut off when it was recorded: it ends after {seconds:.1f} s"
+        )
+
+    def _add(self, channel: Channel, schema: Schema | None, count: int) -> None:
+        name = "" if schema is None else schema.name
+        self.types[channel.topic] = name
+        self.counts[channel.topic] = self.counts.get(channel.topic, 0) + count
+
+
+def _read(path: Path) -> Iterator[tuple[Schema | None, Channel, Message]]:
+    """All messages; those of a file that was not finished up to where it goes."""
+    with path.open("rb") as stream:
+        finished = _is_finished(stream)
+        schemas: dict[int, Schema] = {}
+        channels: dict[int, Channel] = {}
+        try:
+            exact = cast("BinaryIO", _Exact(stream))
+            for record in StreamReader(exact, validate_crcs=True).records:
+                if isinstance(record, Schema):
+                    schemas[record.id] = record
+                elif isinstance(record, Channel):
+                    channels[record.id] = record
+                elif isinstance(record, Message):
+                    channel = channels[record.channel_id]
+                    yield schemas.get(channel.schema_id), channel, record
+        except (*_DAMAGE, KeyError) as error:
+            if finished:
+                raise SourceError(f"{path} is a damaged MCAP file: {error!r}") from error
+
+
+def _summary(path: Path) -> Summary | None:
+    """The table of contents; None for a file that was not finished or has none."""
+    with path.open("rb") as stream:
+        if not _is_finished(stream):
+            return None
+        try:
+            return SeekingReader(stream).get_summary()
+        except _DAMAGE as error:
+            raise SourceError(f"{path} is a damaged MCAP file: {error!r}") from error
+
+
+class _Exact:
+    """A stream that never gives less than it was asked for, as the reader takes for granted."""
+
+    def __init__(self, stream: BinaryIO) -> None:
+        self._stream = stream
+
+    def read(self, length: int) -> bytes:
+        data = self._stream.read(length)
+        if len(data) < length:
+            raise EndOfFile
+        return data
+
+
+def _is_finished(stream: BinaryIO) -> bool:
+    """Whether the file ends as a finished one does; the stream is at its start afterwards."""
+    size = stream.seek(0, 2)
+    stream.seek(max(0, size - len(MCAP_MAGIC)))
+    finished = stream.read() == MCAP_MAGIC and size > 2 * len(MCAP_MAGIC)
+    stream.seek(0)
+    return finished
