@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import os
 import time
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING
 
-import cv2
 import numpy as np
 
 from planegrasp.bench import textures
+from planegrasp.bench.in_process import in_process
 from planegrasp.bench.opencv_pipeline import OpenCVPipeline
 from planegrasp.bench.result import BenchResult
 from planegrasp.bench.scenes import CORNER_TOLERANCE, corner_error, photograph, view
 from planegrasp.detector import Detector
-from planegrasp.errors import PlanegraspError
 from planegrasp.features import make_extractor
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
-    from multiprocessing.connection import Connection
 
     from numpy.typing import NDArray
 
@@ -91,7 +88,9 @@ class Comparison:
 
 def run(seed: int, settings: SpeedSettings, advance: Callable[[], None]) -> BenchResult:
     """Measure with each number of threads, each in a process of its own."""
-    compared = {n: _in_process(n, seed, settings, advance) for n in settings.threads}
+    compared = {
+        n: in_process(n, partial(_compare, seed, settings), advance) for n in settings.threads
+    }
     rows: list[dict[str, str | float]] = []
     figures: dict[str, float] = {}
     for threads, comparison in compared.items():
@@ -138,45 +137,6 @@ def run(seed: int, settings: SpeedSettings, advance: Callable[[], None]) -> Benc
             "OpenCV: its SIFT, FLANN, RANSAC and solvePnP, without oblique views or depth",
         ),
     )
-
-
-def _in_process(
-    threads: int, seed: int, settings: SpeedSettings, advance: Callable[[], None]
-) -> Comparison:
-    """Run `_compare` in a new process: the core reads the number of threads when it starts."""
-    context = multiprocessing.get_context("spawn")
-    receiver, sender = context.Pipe(duplex=False)
-    before = os.environ.get("RAYON_NUM_THREADS")
-    os.environ["RAYON_NUM_THREADS"] = str(threads)
-    try:
-        process = context.Process(target=_worker, args=(sender, threads, seed, settings))
-        process.start()
-    finally:
-        if before is None:
-            del os.environ["RAYON_NUM_THREADS"]
-        else:
-            os.environ["RAYON_NUM_THREADS"] = before
-    sender.close()
-    result: Comparison | None = None
-    try:
-        while result is None:
-            result = receiver.recv()
-            if result is None:
-                advance()
-    except EOFError:
-        process.join()
-        raise PlanegraspError(
-            f"the measuring process ended with exit code {process.exitcode}"
-        ) from None
-    process.join()
-    return result
-
-
-def _worker(sender: Connection, threads: int, seed: int, settings: SpeedSettings) -> None:
-    """Send None after each frame, then the comparison."""
-    if threads:
-        cv2.setNumThreads(threads)
-    sender.send(_compare(seed, settings, lambda: sender.send(None)))
 
 
 def _compare(seed: int, settings: SpeedSettings, advance: Callable[[], None]) -> Comparison:

@@ -228,6 +228,31 @@ def grasp(
 
 
 @app.command()
+def live(
+    *,
+    repeats: Annotated[
+        int | None, typer.Option(min=1, help="Streams of each kind.", show_default="2")
+    ] = None,
+    seconds: Annotated[
+        float | None, typer.Option(min=2.0, help="Length of a stream [s].", show_default="15")
+    ] = None,
+    seed: SeedOption = 0,
+    quick: QuickOption = False,
+    json_file: JsonFileOption = None,
+) -> None:
+    """Tracking against detection; the live system on streams of 1, 3 and 10 objects."""
+    from planegrasp.bench import live as bench
+
+    settings = bench.LiveSettings.quick() if quick else bench.LiveSettings()
+    settings = replace(
+        settings,
+        repeats=settings.repeats if repeats is None else repeats,
+        seconds=settings.seconds if seconds is None else seconds,
+    )
+    _measure(lambda advance: bench.run(seed, settings, advance), settings.steps, json_file)
+
+
+@app.command()
 def estimators(
     *,
     frames: FramesOption = None,
