@@ -573,7 +573,7 @@ class Surf:
 
 @final
 class FollowSettings:
-    """Checked settings of `follow`, as in `planegrasp.tracking.FollowConfig`."""
+    """Checked settings of `Follower`, as in `planegrasp.tracking.FollowConfig`."""
 
     def __new__(
         cls,
@@ -629,19 +629,24 @@ class Followed:
     @property
     def faces(self) -> list[FollowedFace]: ...
 
-def follow(
-    objects: Sequence[TrackedObject],
-    predicted: Sequence[NDArray[np.float64]],
-    gray: NDArray[np.uint8],
-    depth: NDArray[np.float32] | None,
-    camera: Camera,
-    settings: FollowSettings,
-) -> list[Followed | str]:
-    """Follow objects from their predicted T_camera_object (4×4) into an undistorted frame.
+@final
+class Follower:
+    """Follows objects from frame to frame, on threads of its own."""
 
-    Returns:
-        For each of them where it is seen, or in words why it is not.
-    """
+    def __new__(cls, settings: FollowSettings) -> Follower: ...
+    def follow(
+        self,
+        objects: Sequence[TrackedObject],
+        predicted: Sequence[NDArray[np.float64]],
+        gray: NDArray[np.uint8],
+        depth: NDArray[np.float32] | None,
+        camera: Camera,
+    ) -> list[Followed | str]:
+        """Follow objects from their predicted T_camera_object (4×4) into an undistorted frame.
+
+        Returns:
+            For each of them where it is seen, or in words why it is not.
+        """
 
 @final
 class PoseFilterSettings:

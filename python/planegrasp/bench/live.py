@@ -142,9 +142,8 @@ def run(seed: int, settings: LiveSettings, advance: Callable[[], None]) -> Bench
     )
 
 
-def _played(
-    seed: int, repeat: int, objects: int, rate: int, settings: LiveSettings
-) -> StreamConfig:
+def _played(seed: int, repeat: int, kind: tuple[int, int], settings: LiveSettings) -> StreamConfig:
+    objects, rate = kind
     return StreamConfig(
         rate=rate,
         seconds=settings.seconds,

@@ -90,7 +90,7 @@ class Follower:
 
     def __init__(self, config: FollowConfig | None = None) -> None:
         self.config = config or FollowConfig()
-        self._settings = self.config._settings()
+        self._core = _core.Follower(self.config._settings())
         self._objects: dict[int, tuple[ObjectModel, _core.TrackedObject]] = {}
         self._undistorted: Undistorted | None = None
         self._camera: tuple[PinholeCamera, _core.Camera] | None = None
@@ -111,13 +111,12 @@ class Follower:
         if not predicted:
             return []
         camera = self._core_camera(frame.camera)
-        found = _core.follow(
+        found = self._core.follow(
             [self._object(model) for model, _, _ in predicted],
             [T.as_matrix() for _, _, T in predicted],
             self._flat(frame.color, frame.camera),
             frame.depth,
             camera,
-            self._settings,
         )
         return [
             one if isinstance(one, str) else _detection(model, instance, one, frame.camera)

@@ -58,7 +58,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<tracking::TrackedObject>()?;
     module.add_class::<tracking::FollowedFace>()?;
     module.add_class::<tracking::Followed>()?;
-    module.add_function(wrap_pyfunction!(tracking::follow, module)?)?;
+    module.add_class::<tracking::Follower>()?;
     module.add_class::<sift::Sift>()?;
     #[cfg(feature = "surf")]
     module.add_class::<surf::Surf>()?;

@@ -3,9 +3,11 @@
 use nalgebra::Isometry3;
 use numpy::{PyArray2, PyReadonlyArrayDyn};
 use planegrasp_core::InputError;
-use planegrasp_core::alignment::apply;
+use planegrasp_core::alignment::{AlignmentWorkspace, apply};
 use planegrasp_core::tracking::{self as core, Sight, TrackingConfig};
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::alignment::AlignmentSettings;
 use crate::arrays::{count, depth_image, gray_image, isometry, matrix3, points_to_numpy, to_numpy};
@@ -14,7 +16,7 @@ use crate::errors::from_input_error;
 use crate::estimate::Estimate;
 use crate::fused::FusedSettings;
 
-/// Checked settings of `follow`; see `planegrasp.following.FollowConfig`.
+/// Checked settings of `Follower`; see `planegrasp.tracking.FollowConfig`.
 #[pyclass(frozen, module = "planegrasp._core")]
 pub struct FollowSettings {
     core: TrackingConfig,
@@ -155,52 +157,98 @@ impl Followed {
     }
 }
 
-/// Follows objects from their predicted poses T_camera_object (4×4) into a frame.
-///
-/// For each of them where it is seen, or in words why it is not.
-#[pyfunction]
-pub fn follow<'py>(
-    py: Python<'py>,
-    objects: Vec<PyRef<'_, TrackedObject>>,
-    predicted: Vec<PyReadonlyArrayDyn<'_, f64>>,
-    gray: PyReadonlyArrayDyn<'_, u8>,
-    depth: Option<PyReadonlyArrayDyn<'_, f32>>,
-    camera: PyRef<'_, Camera>,
-    settings: PyRef<'_, FollowSettings>,
-) -> PyResult<Vec<Bound<'py, PyAny>>> {
-    if objects.len() != predicted.len() {
-        let (objects, poses) = (objects.len(), predicted.len());
-        return Err(from_input_error(InputError::PoseCount { objects, poses }));
-    }
-    let poses = predicted
-        .iter()
-        .map(|T| isometry(T, "predicted"))
-        .collect::<PyResult<Vec<Isometry3<f64>>>>()?;
-    let (camera, config) = (&camera.core, &settings.core);
-    let gray = gray_image(&gray, "gray")?;
-    if (gray.width(), gray.height()) != (camera.width, camera.height) {
-        return Err(from_input_error(InputError::ImageSize {
-            width: camera.width,
-            height: camera.height,
-            pixels: gray.pixels().len(),
-        }));
-    }
-    let depth = depth
-        .as_ref()
-        .map(|array| depth_image(array, camera))
-        .transpose()?;
-    let cores: Vec<_> = objects
-        .iter()
-        .map(|object| &object.core)
-        .zip(poses)
-        .collect();
-    let followed =
-        py.detach(|| core::follow_each(&cores, &Sight::new(gray, depth, camera), config));
-    followed
-        .into_iter()
-        .map(|one| match one {
-            Ok(core) => Ok(Bound::new(py, Followed { core })?.into_any()),
-            Err(lost) => Ok(lost.to_string().into_pyobject(py)?.into_any()),
+/// Follows objects from frame to frame, on threads of its own: it need not wait for those that a
+/// detection beside it keeps busy.
+#[pyclass(frozen, module = "planegrasp._core")]
+pub struct Follower {
+    config: TrackingConfig,
+    threads: ThreadPool,
+}
+
+#[pymethods]
+impl Follower {
+    #[new]
+    fn new(settings: PyRef<'_, FollowSettings>) -> PyResult<Self> {
+        let threads = ThreadPoolBuilder::new()
+            .thread_name(|number| format!("planegrasp-follow-{number}"))
+            .build()
+            .map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
+        Ok(Self {
+            config: settings.core.clone(),
+            threads,
         })
-        .collect()
+    }
+
+    /// Follows objects from their predicted poses T_camera_object (4×4) into a frame.
+    ///
+    /// For each of them where it is seen, or in words why it is not.
+    fn follow<'py>(
+        &self,
+        py: Python<'py>,
+        objects: Vec<PyRef<'_, TrackedObject>>,
+        predicted: Vec<PyReadonlyArrayDyn<'_, f64>>,
+        gray: PyReadonlyArrayDyn<'_, u8>,
+        depth: Option<PyReadonlyArrayDyn<'_, f32>>,
+        camera: PyRef<'_, Camera>,
+    ) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        if objects.len() != predicted.len() {
+            let (objects, poses) = (objects.len(), predicted.len());
+            return Err(from_input_error(InputError::PoseCount { objects, poses }));
+        }
+        let poses = predicted
+            .iter()
+            .map(|T| isometry(T, "predicted"))
+            .collect::<PyResult<Vec<Isometry3<f64>>>>()?;
+        let camera = &camera.core;
+        let gray = gray_image(&gray, "gray")?;
+        if (gray.width(), gray.height()) != (camera.width, camera.height) {
+            return Err(from_input_error(InputError::ImageSize {
+                width: camera.width,
+                height: camera.height,
+                pixels: gray.pixels().len(),
+            }));
+        }
+        let depth = depth
+            .as_ref()
+            .map(|array| depth_image(array, camera))
+            .transpose()?;
+        let cores: Vec<_> = objects
+            .iter()
+            .map(|object| &object.core)
+            .zip(poses)
+            .collect();
+        let followed = py.detach(|| self.in_sight(&cores, &Sight::new(gray, depth, camera)));
+        followed
+            .into_iter()
+            .map(|one| match one {
+                Ok(core) => Ok(Bound::new(py, Followed { core })?.into_any()),
+                Err(lost) => Ok(lost.to_string().into_pyobject(py)?.into_any()),
+            })
+            .collect()
+    }
+}
+
+impl Follower {
+    fn in_sight(
+        &self,
+        objects: &[(&core::TrackedObject, Isometry3<f64>)],
+        sight: &Sight<'_>,
+    ) -> Vec<Result<core::Followed, core::Lost>> {
+        match objects {
+            // One is followed sooner than another thread wakes up.
+            [(object, predicted)] => {
+                let mut workspace = AlignmentWorkspace::new();
+                vec![core::follow(
+                    object,
+                    predicted,
+                    sight,
+                    &self.config,
+                    &mut workspace,
+                )]
+            }
+            several => self
+                .threads
+                .install(|| core::follow_each(several, sight, &self.config)),
+        }
+    }
 }
