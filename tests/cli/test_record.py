@@ -108,6 +108,10 @@ def test_what_cannot_be_recorded(run):
     assert (code, "opencv:97 cannot be opened" in err) == (1, True)
     code, _, err = run("record", "nowhere", "new")
     assert (code, "there is no file or folder nowhere" in err) == (1, True)
+    code, _, err = run("record", "opencv:0", "new", "--depth-topic", "/depth")
+    assert (code, "are for recordings, opencv:0 is a camera" in err) == (1, True)
+    code, _, err = run("record", "run", "new", "--fps", 30)
+    assert (code, "--fps are for cameras, run is none" in err) == (1, True)
     code, _, err = run("record", "run", "run")
     assert (code, "run exists already: give a new name" in err) == (1, True)
 

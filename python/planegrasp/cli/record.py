@@ -25,6 +25,7 @@ from planegrasp.cli.source_options import (
     WidthOption,
     recording_topics,
 )
+from planegrasp.errors import InvalidInputError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -74,10 +75,18 @@ def record(
     from planegrasp.io.sources import open_source
 
     angle = None if fov is None else math.radians(fov)
+    is_camera = is_camera_name(source)
+    topics = recording_topics(color_topic, depth_topic, info_topic)
+    if is_camera and not (topics is None and depth_scale is None):
+        raise InvalidInputError(
+            f"topics and --depth-scale are for recordings, {source} is a camera"
+        )
+    if not is_camera and not (width is None and height is None and fps is None):
+        raise InvalidInputError(f"--width, --height and --fps are for cameras, {source} is none")
     run = _Run(source, output, frames, seconds)
     with ExitStack() as stack:
         stop = stack.enter_context(stop_on_signals())
-        if is_camera_name(source):
+        if is_camera:
             device = open_camera(
                 source,
                 camera=camera,
@@ -96,7 +105,7 @@ def record(
                 camera=camera,
                 depth_scale=depth_scale,
                 field_of_view=angle,
-                topics=recording_topics(color_topic, depth_topic, info_topic),
+                topics=topics,
             )
             run.show_notes(recorded.notes)
             run.record(run.until(stop, recorded), stack.enter_context(open_recorder(output)))
