@@ -10,8 +10,9 @@ import sys
 import cv2
 import numpy as np
 import pytest
-from recorded_frames import assert_same, frame
+from recorded_frames import CAMERA, assert_same, frame
 
+from planegrasp.io import write_camera
 from planegrasp.io.recording import open_recorder
 from planegrasp.io.sources import open_source
 
@@ -100,6 +101,12 @@ def test_the_time_of_a_camera_ends(run, video):
     code, out, _ = run("record", f"opencv:{video}", "live", "--seconds", 0.05, "--json")
     assert (code, json.loads(out)["stopped"]) == (0, "seconds")
     assert len(list(open_source("live"))) == json.loads(out)["frames"] > 0
+
+
+def test_an_error_of_the_camera_ends_it(run, video):
+    write_camera("camera.json", CAMERA)
+    code, _, err = run("record", f"opencv:{video}", "live", "--camera", "camera.json")
+    assert (code, "the camera is for 8×6 images, this image is 64×48" in err) == (1, True)
 
 
 @pytest.mark.usefixtures("recording")

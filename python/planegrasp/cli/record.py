@@ -161,15 +161,17 @@ class _Run:
         from planegrasp.io.cameras import StreamStatus
 
         end = math.inf if self.seconds is None else time.monotonic() + self.seconds
-        while live.status is not StreamStatus.ENDED:
+        while True:
             frame = live.next(timeout=_GLANCE)
             self._show_events(live)
+            if frame is not None:
+                yield frame
             if stop.is_set():
                 self.stopped = "signal"
                 return
-            if frame is not None:
-                yield frame
-            elif time.monotonic() > end:
+            if frame is None and live.status is StreamStatus.ENDED:
+                return
+            if frame is None and time.monotonic() > end:
                 self.stopped = "seconds"
                 return
 
@@ -181,7 +183,7 @@ class _Run:
     def show_notes(self, notes: tuple[str, ...]) -> None:
         """Tell what is to know of the source."""
         for note in notes:
-            messages().print(f"[yellow]note:[/] {note}", soft_wrap=True)
+            _tell("note", note)
 
     def to_dict(self) -> dict[str, Any]:
         """Everything as one JSON object."""
@@ -212,4 +214,11 @@ class _Run:
     def _show_events(self, live: NewestFrame) -> None:
         for event in live.take_events():
             self.events.append(event)
-            messages().print(f"[yellow]{event.kind}:[/] {event.message}", soft_wrap=True)
+            _tell(event.kind, event.message)
+
+
+def _tell(kind: str, message: str) -> None:
+    """Print `kind: message` to standard error, the message as it is."""
+    from rich.text import Text
+
+    messages().print(Text.assemble((f"{kind}: ", "yellow"), message), soft_wrap=True)
