@@ -46,6 +46,7 @@ def commands(block):
         ("docs/tutorial.md", 16),
         ("docs/conventions.md", 1),
         ("docs/robots.md", 4),
+        ("docs/cameras.md", 3),
     ],
 )
 @pytest.mark.usefixtures("inside")

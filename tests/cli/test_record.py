@@ -10,8 +10,9 @@ import sys
 import cv2
 import numpy as np
 import pytest
-from recorded_frames import assert_same, frame
+from recorded_frames import CAMERA, assert_same, frame
 
+from planegrasp.io import write_camera
 from planegrasp.io.recording import open_recorder
 from planegrasp.io.sources import open_source
 
@@ -102,12 +103,22 @@ def test_the_time_of_a_camera_ends(run, video):
     assert len(list(open_source("live"))) == json.loads(out)["frames"] > 0
 
 
+def test_an_error_of_the_camera_ends_it(run, video):
+    write_camera("camera.json", CAMERA)
+    code, _, err = run("record", f"opencv:{video}", "live", "--camera", "camera.json")
+    assert (code, "the camera is for 8×6 images, this image is 64×48" in err) == (1, True)
+
+
 @pytest.mark.usefixtures("recording")
 def test_what_cannot_be_recorded(run):
     code, _, err = run("record", "opencv:97", "new")
     assert (code, "opencv:97 cannot be opened" in err) == (1, True)
     code, _, err = run("record", "nowhere", "new")
     assert (code, "there is no file or folder nowhere" in err) == (1, True)
+    code, _, err = run("record", "opencv:0", "new", "--depth-topic", "/depth")
+    assert (code, "are for recordings, opencv:0 is a camera" in err) == (1, True)
+    code, _, err = run("record", "run", "new", "--fps", 30)
+    assert (code, "--fps are for cameras, run is none" in err) == (1, True)
     code, _, err = run("record", "run", "run")
     assert (code, "run exists already: give a new name" in err) == (1, True)
 

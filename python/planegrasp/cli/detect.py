@@ -13,6 +13,12 @@ import typer
 
 from planegrasp.cli.common import JsonOption, LibraryOption, console, print_json
 from planegrasp.cli.detection_tables import explanation, print_summary
+from planegrasp.cli.source_options import (
+    ColorTopicOption,
+    DepthTopicOption,
+    InfoTopicOption,
+    recording_topics,
+)
 from planegrasp.errors import InvalidInputError, LibraryError
 
 if TYPE_CHECKING:
@@ -36,8 +42,8 @@ def detect(
     source: Annotated[
         Path,
         typer.Argument(
-            help="An image, a folder of images, a video, or a folder with an RGB-D recording "
-            "(color/ + depth/ + camera.json, TUM RGB-D, BOP).",
+            help="An image, a folder of images, a video, a folder with an RGB-D recording "
+            "(color/ + depth/ + camera.json, TUM RGB-D, BOP), or a ROS recording (bag, MCAP).",
             show_default=False,
         ),
     ],
@@ -61,6 +67,9 @@ def detect(
             show_default="60",
         ),
     ] = None,
+    color_topic: ColorTopicOption = None,
+    depth_topic: DepthTopicOption = None,
+    info_topic: InfoTopicOption = None,
     only: Annotated[
         list[str] | None,
         typer.Option("--object", help="Look for this object only; may be repeated."),
@@ -122,6 +131,7 @@ def detect(
         depth=depth,
         depth_scale=depth_scale,
         field_of_view=None if fov is None else math.radians(fov),
+        topics=recording_topics(color_topic, depth_topic, info_topic),
     )
     messages = _messages()
     for note in frames.notes:

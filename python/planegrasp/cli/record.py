@@ -25,6 +25,7 @@ from planegrasp.cli.source_options import (
     WidthOption,
     recording_topics,
 )
+from planegrasp.errors import InvalidInputError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -74,10 +75,18 @@ def record(
     from planegrasp.io.sources import open_source
 
     angle = None if fov is None else math.radians(fov)
+    is_camera = is_camera_name(source)
+    topics = recording_topics(color_topic, depth_topic, info_topic)
+    if is_camera and not (topics is None and depth_scale is None):
+        raise InvalidInputError(
+            f"topics and --depth-scale are for recordings, {source} is a camera"
+        )
+    if not is_camera and not (width is None and height is None and fps is None):
+        raise InvalidInputError(f"--width, --height and --fps are for cameras, {source} is none")
     run = _Run(source, output, frames, seconds)
     with ExitStack() as stack:
         stop = stack.enter_context(stop_on_signals())
-        if is_camera_name(source):
+        if is_camera:
             device = open_camera(
                 source,
                 camera=camera,
@@ -96,7 +105,7 @@ def record(
                 camera=camera,
                 depth_scale=depth_scale,
                 field_of_view=angle,
-                topics=recording_topics(color_topic, depth_topic, info_topic),
+                topics=topics,
             )
             run.show_notes(recorded.notes)
             run.record(run.until(stop, recorded), stack.enter_context(open_recorder(output)))
@@ -152,15 +161,17 @@ class _Run:
         from planegrasp.io.cameras import StreamStatus
 
         end = math.inf if self.seconds is None else time.monotonic() + self.seconds
-        while live.status is not StreamStatus.ENDED:
+        while True:
             frame = live.next(timeout=_GLANCE)
             self._show_events(live)
+            if frame is not None:
+                yield frame
             if stop.is_set():
                 self.stopped = "signal"
                 return
-            if frame is not None:
-                yield frame
-            elif time.monotonic() > end:
+            if frame is None and live.status is StreamStatus.ENDED:
+                return
+            if frame is None and time.monotonic() > end:
                 self.stopped = "seconds"
                 return
 
@@ -172,7 +183,7 @@ class _Run:
     def show_notes(self, notes: tuple[str, ...]) -> None:
         """Tell what is to know of the source."""
         for note in notes:
-            messages().print(f"[yellow]note:[/] {note}", soft_wrap=True)
+            _tell("note", note)
 
     def to_dict(self) -> dict[str, Any]:
         """Everything as one JSON object."""
@@ -203,4 +214,11 @@ class _Run:
     def _show_events(self, live: NewestFrame) -> None:
         for event in live.take_events():
             self.events.append(event)
-            messages().print(f"[yellow]{event.kind}:[/] {event.message}", soft_wrap=True)
+            _tell(event.kind, event.message)
+
+
+def _tell(kind: str, message: str) -> None:
+    """Print `kind: message` to standard error, the message as it is."""
+    from rich.text import Text
+
+    messages().print(Text.assemble((f"{kind}: ", "yellow"), message), soft_wrap=True)

@@ -149,6 +149,8 @@ def test_options_that_cannot_be():
         open_camera("opencv:0", field_of_view=4.0)
     with pytest.raises(InvalidInputError, match="together, got 640 and None"):
         open_camera("opencv:0", width=640)
+    with pytest.raises(InvalidInputError, match=r"numbered cameras \(opencv:0\), not of opencv:rt"):
+        open_camera("opencv:rtsp://host/stream", frames_per_second=15)
     with pytest.raises(InvalidInputError, match="must be > 0"):
         open_camera("opencv:0", frames_per_second=0)
 

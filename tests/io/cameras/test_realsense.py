@@ -13,7 +13,7 @@ pytest.importorskip("pyrealsense2", reason="pyrealsense2 cannot be imported", ex
 
 import pyrealsense2 as rs
 
-from planegrasp.errors import CameraError, CameraLostError
+from planegrasp.errors import CameraError, CameraLostError, InvalidInputError
 from planegrasp.geometry import PinholeCamera
 from planegrasp.io.cameras import EventKind, NewestFrame, StreamConfig, StreamStatus, open_camera
 from planegrasp.io.cameras.mode import StreamMode
@@ -187,6 +187,8 @@ def test_reading_a_camera_that_is_not_open():
     with pytest.raises(CameraLostError, match="realsense:0123 is not open"):
         camera.read()
     camera.close()
+    with pytest.raises(InvalidInputError, match="a RealSense knows its intrinsics"):
+        open_camera("realsense", field_of_view=1.0)
 
 
 def test_given_intrinsics_win():

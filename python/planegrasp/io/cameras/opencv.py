@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
-from planegrasp.errors import CameraError, CameraLostError
+from planegrasp.errors import CameraError, CameraLostError, InvalidInputError
 from planegrasp.io.cameras.mode import StreamMode
 from planegrasp.io.sources.base import ASSUMED_FIELD_OF_VIEW, assumed_camera, assumption_note
 from planegrasp.rgbd import RGBDFrame
@@ -41,6 +41,9 @@ class OpenCVCamera:
             camera: intrinsics.
             field_of_view: horizontal [rad], where there are no intrinsics.
             mode: size and rate to ask a numbered camera for, which takes the nearest it has.
+
+        Raises:
+            InvalidInputError: a mode for a stream, which has that in which it is sent.
         """
         self.name = f"opencv:{device}"
         self.notes = () if camera is not None else (assumption_note(field_of_view),)
@@ -48,6 +51,10 @@ class OpenCVCamera:
         self._camera = camera
         self._angle = ASSUMED_FIELD_OF_VIEW if field_of_view is None else field_of_view
         self._mode = mode or StreamMode()
+        if not device.isdecimal() and self._mode != StreamMode():
+            raise InvalidInputError(
+                f"size and rate can be chosen of numbered cameras (opencv:0), not of {self.name}"
+            )
         self._capture: cv2.VideoCapture | None = None
         self._number = 0
 

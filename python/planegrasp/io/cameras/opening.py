@@ -69,6 +69,8 @@ def open_camera(
 
         return OpenCVCamera(device or "0", intrinsics, field_of_view, mode)
     if driver == "realsense":
+        if field_of_view is not None:
+            raise InvalidInputError("a RealSense knows its intrinsics: give no field of view")
         from planegrasp.io.cameras.realsense import RealSenseCamera
 
         return RealSenseCamera(device, intrinsics, mode)

@@ -57,7 +57,7 @@ class OpenNICamera:
         """Remember what to open, and load OpenNI2.
 
         Args:
-            uri: of the device, or path of an .oni file; the first sensor where it is empty.
+            uri: of the device; the first sensor where it is empty.
             camera: intrinsics of the colour image.
             field_of_view: horizontal [rad], where there are no intrinsics.
             mode: size and rate of both images, by default 640×480 at 30 Hz where the sensor has it.
@@ -135,7 +135,7 @@ class OpenNICamera:
         aligned = openni2.IMAGE_REGISTRATION_DEPTH_TO_COLOR
         if self._device.is_image_registration_mode_supported(aligned):
             self._device.set_image_registration_mode(aligned)
-        elif not self._device.is_file():
+        else:
             self.notes += (f"{self.name} does not align depth to colour: distances may be off",)
         with suppress(OpenNIError):  # not all drivers have it
             self._device.set_depth_color_sync_enabled(True)
