@@ -27,9 +27,9 @@ def test_several_are_followed_as_each_alone(coffee):
         for dx in (0.0, 0.002, 0.004)
     ]
     follower = Follower()
-    together = follower.follow([(coffee, i, T) for i, T in enumerate(beside)], frame)
+    together = follower.follow([(coffee, i, T.as_matrix()) for i, T in enumerate(beside)], frame)
     for i, T in enumerate(beside):
-        (alone,) = follower.follow([(coffee, i, T)], frame)
+        (alone,) = follower.follow([(coffee, i, T.as_matrix())], frame)
         assert together[i].instance == i
         np.testing.assert_array_equal(
             together[i].T_camera_object.as_matrix(), alone.T_camera_object.as_matrix()
@@ -46,7 +46,9 @@ def test_nothing_is_seen_in_other_pictures():
         rows, columns = np.arange(480) % len(background), np.arange(640) % background.shape[1]
         color = np.ascontiguousarray(background[rows][:, columns])
         frame = RGBDFrame(color, np.full((480, 640), 0.7, np.float32), CAMERA)
-        predicted = [(m, 0, random_pose(rng, np.radians(rng.uniform(0, 70)))) for m in models]
+        predicted = [
+            (m, 0, random_pose(rng, np.radians(rng.uniform(0, 70))).as_matrix()) for m in models
+        ]
         reasons += follower.follow(predicted, frame)
     assert len(reasons) == 48
     assert all(isinstance(reason, str) for reason in reasons)
@@ -55,14 +57,14 @@ def test_nothing_is_seen_in_other_pictures():
 def test_without_depth_there_is_a_pose_too(coffee):
     (frame, truth), _ = frames(coffee, swaying, 2)
     flat = RGBDFrame(frame.color, None, frame.camera)
-    (found,) = Follower().follow([(coffee, 0, truth)], flat)
+    (found,) = Follower().follow([(coffee, 0, truth.as_matrix())], flat)
     assert found.pose.depth_pixels == 0
     assert np.linalg.norm(found.T_camera_object.translation - truth.translation) < 2e-3
 
 
 def test_what_a_face_shows_is_what_the_detection_says(coffee):
     (frame, truth), _ = frames(coffee, swaying, 2)
-    (found,) = Follower().follow([(coffee, 3, truth)], frame)
+    (found,) = Follower().follow([(coffee, 3, truth.as_matrix())], frame)
     (face,) = found.faces
     assert found.instance == 3
     assert found.tracked

@@ -10,6 +10,7 @@ import numpy as np
 
 from planegrasp.geometry import RigidTransform
 from planegrasp.grasping.interfaces import Sighting
+from planegrasp.live import Live, LiveConfig, Task
 from planegrasp.simulation.supports import Hand
 
 if TYPE_CHECKING:
@@ -64,11 +65,12 @@ class DriverConfig:
 
 
 class SimulatedEyes:
-    """The robot's camera and a detector, at a frame rate and with a latency.
+    """The robot's camera, and what finds and follows the object; with a rate and a latency.
 
     Attributes:
         frames: how many were looked at.
-        found: in how many of them the object was found.
+        found: in how many of them the object was seen.
+        tracked: in how many of those it was followed from the frame before.
         last: the last rendering, and what was detected in it.
     """
 
@@ -83,24 +85,28 @@ class SimulatedEyes:
         config: DriverConfig | None = None,
     ) -> None:
         """See `SimulatedEyes`; the background is what the wall shows."""
-        self._world, self._camera, self._detector, self._rng = world, camera, detector, rng
+        self._world, self._camera, self._rng = world, camera, rng
+        self._name = world.object_model.name
+        # In the caller's thread, so that a run is the same whatever else the machine does.
+        live = LiveConfig(background=False)
+        self._live = Live(detector, Task({self._name: 1.0}, others=False), live)
         self._background, self._config = background, config or DriverConfig()
         self._seen: deque[Sighting] = deque()
         self._next = 0.0
         self._wanted = False
-        self.frames = self.found = 0
+        self.frames = self.found = self.tracked = 0
         self.last: tuple[RaycastRendering, Detection | None] | None = None
 
     def detect(self) -> Detection | None:
-        """Take a frame now and find the object in it."""
+        """Take a frame now, and follow the object into it or find it there."""
         rendering = self._camera.render(
             self._world.data, self._rng, background=self._background, timestamp=self._world.time
         )
-        name = self._world.object_model.name
-        found = (d for d in self._detector.detect(rendering.frame) if d.name == name)
-        detection = next(found, None)
+        found = self._live.process(rendering.frame, self._world.T_base_camera).detections
+        detection = next((d for d in found if d.name == self._name), None)
         self.frames += 1
         self.found += detection is not None
+        self.tracked += detection is not None and detection.tracked
         self.last = (rendering, detection)
         return detection
 

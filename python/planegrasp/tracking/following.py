@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from planegrasp.geometry import PinholeCamera, RigidTransform
+    from planegrasp.geometry import PinholeCamera
     from planegrasp.objects import ObjectModel
     from planegrasp.rgbd import RGBDFrame
 
@@ -96,13 +96,13 @@ class Follower:
         self._camera: tuple[PinholeCamera, _core.Camera] | None = None
 
     def follow(
-        self, predicted: Sequence[tuple[ObjectModel, int, RigidTransform]], frame: RGBDFrame
+        self, predicted: Sequence[tuple[ObjectModel, int, NDArray[np.float64]]], frame: RGBDFrame
     ) -> list[Followed]:
         """Where objects are seen in a frame.
 
         Args:
-            predicted: of each its model, its number among the instances, and T_camera_object to
-                within some pixels.
+            predicted: of each its model, its number among the instances, and its T_camera_object
+                (4×4) to within some pixels.
             frame: in which to look.
 
         Returns:
@@ -113,7 +113,7 @@ class Follower:
         camera = self._core_camera(frame.camera)
         found = self._core.follow(
             [self._object(model) for model, _, _ in predicted],
-            [T.as_matrix() for _, _, T in predicted],
+            [T for _, _, T in predicted],
             self._flat(frame.color, frame.camera),
             frame.depth,
             camera,

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from planegrasp.pose_filter import FilteredPose
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from planegrasp import _core
     from planegrasp.detection import Detection
-    from planegrasp.geometry import RigidTransform
     from planegrasp.objects import ObjectModel
 
 __all__ = ["Past", "Track"]
@@ -68,14 +71,14 @@ class Past:
 
     def __init__(self, memory: float) -> None:
         self._memory = memory
-        self._poses: list[tuple[float, RigidTransform]] = []
+        self._poses: deque[tuple[float, NDArray[np.float64]]] = deque()
 
-    def add(self, time: float, T: RigidTransform) -> None:
-        """Remember a pose of a time [s], and forget what is too old by then."""
+    def add(self, time: float, T: NDArray[np.float64]) -> None:
+        """Remember a pose (4×4) of a time [s], and forget what is too old by then."""
         self._poses.append((time, T))
         while self._poses[0][0] < time - self._memory:
-            self._poses.pop(0)
+            self._poses.popleft()
 
-    def at(self, time: float) -> RigidTransform:
-        """The pose of the time nearest to this one [s]."""
+    def at(self, time: float) -> NDArray[np.float64]:
+        """The pose (4×4) of the time nearest to this one [s]."""
         return min(self._poses, key=lambda entry: abs(entry[0] - time))[1]

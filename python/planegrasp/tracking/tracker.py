@@ -10,7 +10,6 @@ import numpy as np
 
 from planegrasp import _core
 from planegrasp.errors import InvalidInputError
-from planegrasp.geometry import RigidTransform, rotation_angle
 from planegrasp.tracking.following import FollowConfig, Follower
 from planegrasp.tracking.motion import MotionFilterConfig
 from planegrasp.tracking.track import Past, Track
@@ -21,8 +20,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from planegrasp.detection import Detection
+    from planegrasp.geometry import RigidTransform
     from planegrasp.objects import ObjectModel
     from planegrasp.rgbd import RGBDFrame
+
+    Matrix = NDArray[np.float64]
 
 __all__ = ["Tracker", "TrackerConfig"]
 
@@ -108,19 +110,16 @@ class Tracker:
         Returns:
             Those seen in this frame, in the order of the tracks.
         """
-        T_fixed_camera = RigidTransform.identity() if T_fixed_camera is None else T_fixed_camera
-        T_camera_fixed = T_fixed_camera.inv()
+        camera = _matrix(T_fixed_camera)
+        T_camera_fixed = np.linalg.inv(camera)
         time = self._begin_frame(frame)
         chosen = [t for t in self.tracks if only is None or t.number in only]
         predicted = [
-            (t.model, t.instance, T_camera_fixed * self._expected(t, time)) for t in chosen
+            (t.model, t.instance, T_camera_fixed @ self._expected(t, time)) for t in chosen
         ]
         followed = self._follower.follow(predicted, frame)
         found = {t.number: one for t, one in zip(chosen, followed, strict=True)}
-        tracks = [
-            self._seen(track, found.get(track.number), time, T_fixed_camera)
-            for track in self.tracks
-        ]
+        tracks = [self._seen(track, found.get(track.number), time, camera) for track in self.tracks]
         self._keep([track for track in tracks if not self._is_lost(track, time)])
         return [track.detection for track in self.tracks if track.detection is not None]
 
@@ -143,12 +142,12 @@ class Tracker:
         Returns:
             The new tracks.
         """
-        T_fixed_camera = RigidTransform.identity() if T_fixed_camera is None else T_fixed_camera
+        camera = _matrix(T_fixed_camera)
         new = []
         for detection in detections:
             if detection.pose is None:
                 continue
-            T = T_fixed_camera * detection.pose.T_camera_object
+            T = camera @ detection.pose.T_camera_object.as_matrix()
             known = self._nearest(detection.model, T, time)
             if known is None:
                 new.append(self._begin(detection, T, time))
@@ -171,17 +170,16 @@ class Tracker:
         self.time = time
         return time
 
-    def _expected(self, track: Track, time: float) -> RigidTransform:
+    def _expected(self, track: Track, time: float) -> Matrix:
         """Where a track should be by a time, in the fixed frame."""
-        pose = track.state.predicted(max(time, track.state.time), self._motion).pose
-        return RigidTransform(pose.T_base_object, normalize=False)
+        return track.state.predicted(max(time, track.state.time), self._motion).pose.T_base_object
 
     def _seen(
         self,
         track: Track,
         found: Detection | str | None,
         time: float,
-        T_fixed_camera: RigidTransform,
+        T_fixed_camera: Matrix,
     ) -> Track:
         """The track after a frame."""
         if found is None:
@@ -189,11 +187,11 @@ class Tracker:
         if isinstance(found, str) or found.pose is None:
             missing = time if track.missing_since is None else track.missing_since
             return replace(track, detection=None, reason=str(found), missing_since=missing)
-        T = T_fixed_camera * found.pose.T_camera_object
+        T = T_fixed_camera @ found.pose.T_camera_object.as_matrix()
         self._pasts[track.number].add(time, T)
         state = None
         if time >= track.state.time:
-            state = track.state.measured(time, T.as_matrix(), _noise(found), self._motion)
+            state = track.state.measured(time, T, _noise(found), self._motion)
         if state is None:
             # Seen, but not where any motion would have led it: its velocity is unknown again.
             state = self._first(found, T, time)
@@ -214,10 +212,10 @@ class Tracker:
         in_vain = since is not None and time - since > self.config.patience
         return in_vain or time - track.seen > self.config.memory
 
-    def _first(self, detection: Detection, T: RigidTransform, time: float) -> _core.MotionState:
-        return _core.MotionState.first(time, T.as_matrix(), _noise(detection), self._motion)
+    def _first(self, detection: Detection, T: Matrix, time: float) -> _core.MotionState:
+        return _core.MotionState.first(time, T, _noise(detection), self._motion)
 
-    def _begin(self, detection: Detection, T: RigidTransform, time: float) -> Track:
+    def _begin(self, detection: Detection, T: Matrix, time: float) -> Track:
         taken = {t.instance for t in self.tracks if t.model is detection.model}
         instance = next(i for i in range(len(taken) + 1) if i not in taken)
         state = self._first(detection, T, time)
@@ -230,7 +228,7 @@ class Tracker:
         self.tracks = (*self.tracks, track)
         return track
 
-    def _nearest(self, model: ObjectModel, T: RigidTransform, time: float) -> Track | None:
+    def _nearest(self, model: ObjectModel, T: Matrix, time: float) -> Track | None:
         """The track of this object that was where a detection saw it."""
         near = [
             (_distance(self._pasts[t.number].at(time), T), t)
@@ -240,10 +238,11 @@ class Tracker:
         distance, track = min(near, key=lambda pair: pair[0], default=(math.inf, None))
         return track if distance <= _SAME_PLACE * _size(model) else None
 
-    def _has_slid_off(self, track: Track, T: RigidTransform, time: float) -> bool:
+    def _has_slid_off(self, track: Track, T: Matrix, time: float) -> bool:
         was = self._pasts[track.number].at(time)
-        turn = rotation_angle(was.rotation, T.rotation)
-        return _distance(was, T) > _SLID_OFF * _size(track.model) or turn > _TURNED_OFF
+        cosine = 0.5 * (float(np.trace(was[:3, :3].T @ T[:3, :3])) - 1.0)
+        turned = cosine < math.cos(_TURNED_OFF)
+        return turned or _distance(was, T) > _SLID_OFF * _size(track.model)
 
     def _replace(self, track: Track) -> None:
         self.tracks = tuple(track if t.number == track.number else t for t in self.tracks)
@@ -277,8 +276,13 @@ def _noise(detection: Detection) -> NDArray[np.float64]:
     return np.diag([0.005**2] * 3 + [0.05**2] * 3)
 
 
-def _distance(a: RigidTransform, b: RigidTransform) -> float:
-    return float(np.linalg.norm(a.translation - b.translation))
+def _matrix(T: RigidTransform | None) -> Matrix:
+    """4×4; the identity where None."""
+    return np.eye(4) if T is None else T.as_matrix()
+
+
+def _distance(a: Matrix, b: Matrix) -> float:
+    return float(np.linalg.norm(a[:3, 3] - b[:3, 3]))
 
 
 def _size(model: ObjectModel) -> float:

@@ -10,6 +10,8 @@ use crate::depth_region::DepthPixel;
 use crate::robust::{MAD_TO_SIGMA, TUKEY_CUTOFF, median, tukey_weight};
 
 const ITERATIONS: usize = 8;
+/// The scale is estimated from so many residuals at most: to 4 % of itself.
+const SCALE_PIXELS: usize = 1000;
 /// Relative change of the scale at which the fit has settled.
 const SETTLED: f64 = 1e-3;
 
@@ -53,7 +55,8 @@ pub fn fit(
 ) -> Option<FittedPlane> {
     let mut q = start;
     let mut sigma = noise.sigma(start_sigma);
-    let mut residuals = Vec::with_capacity(pixels.len());
+    let step = pixels.len().div_ceil(SCALE_PIXELS).max(1);
+    let mut residuals = Vec::with_capacity(SCALE_PIXELS);
     for _ in 0..ITERATIONS {
         let (left, right, _) = normal_equations(pixels, &q, sigma);
         q = left.cholesky()?.solve(&right);
@@ -61,6 +64,7 @@ pub fn fit(
         residuals.extend(
             pixels
                 .iter()
+                .step_by(step)
                 .map(|pixel| (q.dot(&pixel.ray) - pixel.inverse_depth).abs())
                 .filter(|&residual| residual < TUKEY_CUTOFF * sigma),
         );
@@ -92,19 +96,31 @@ fn normal_equations(
     q: &Vector3<f64>,
     sigma: f64,
 ) -> (Matrix3<f64>, Vector3<f64>, usize) {
-    let mut left = Matrix3::zeros();
-    let mut right = Vector3::zeros();
+    // Rays are (x, y, 1): six different products, and three with the inverse depth.
+    let mut products = [0.0; 6];
+    let mut with_depth = [0.0; 3];
     let mut inliers = 0;
+    let precision = 1.0 / sigma;
     for pixel in pixels {
-        let weight = tukey_weight((q.dot(&pixel.ray) - pixel.inverse_depth) / sigma);
+        let (x, y, w) = (pixel.ray.x, pixel.ray.y, pixel.inverse_depth);
+        let weight = tukey_weight((q.x * x + q.y * y + q.z - w) * precision);
         if weight > 0.0 {
-            let weighted = pixel.ray * weight;
-            left += weighted * pixel.ray.transpose();
-            right += weighted * pixel.inverse_depth;
+            let (wx, wy) = (weight * x, weight * y);
+            for (sum, product) in products
+                .iter_mut()
+                .zip([wx * x, wx * y, wx, wy * y, wy, weight])
+            {
+                *sum += product;
+            }
+            for (sum, product) in with_depth.iter_mut().zip([wx * w, wy * w, weight * w]) {
+                *sum += product;
+            }
             inliers += 1;
         }
     }
-    (left, right, inliers)
+    let [xx, xy, x, yy, y, one] = products;
+    let left = Matrix3::new(xx, xy, x, xy, yy, y, x, y, one);
+    (left, Vector3::from(with_depth), inliers)
 }
 
 #[cfg(test)]

@@ -117,7 +117,8 @@ fn align_here(
         render(&view, reference, workspace);
         let correlations = &mut workspace.correlations[rendering * tiles..][..tiles];
         correlate(frame, &workspace.templates, correlations);
-        let descent = descend(&view, &first.outline, frame, config, workspace)?;
+        let is_last = rendering + 1 == RENDERINGS;
+        let descent = descend(&view, &first.outline, is_last, frame, config, workspace)?;
         iterations += descent.iterations;
         view = View::new(reference, &(descent.motion * view.homography))?;
         last = Some(descent);

@@ -9,8 +9,10 @@ use super::view::{Centred, PARAMETERS, View, apply};
 use super::{AlignmentConfig, AlignmentReference, AlignmentWorkspace};
 use crate::GrayImage;
 
-/// Iterations end where no corner moves farther than this \[px\].
+/// Iterations end where no corner moves farther than this \[px\] …
 const CONVERGED: f64 = 0.005;
+/// … or than this where the reference is rendered anew from there.
+const NEARLY_CONVERGED: f64 = 0.05;
 
 /// A tile is not linear over longer displacements than this \[px\]: the measurement is wrong.
 const LONGEST_OFFSET: f64 = 4.0;
@@ -52,15 +54,18 @@ pub fn correlate(frame: &GrayImage, templates: &[Template], correlations: &mut [
 
 /// Moves the rendered tiles to where the frame shows them.
 ///
-/// `start` is the outline that the prior holds to. `None` where too few tiles agree.
+/// `start` is the outline that the prior holds to; `is_last` says that no better rendering follows.
+/// `None` where too few tiles agree.
 #[inline(always)]
 pub fn descend(
     view: &View,
     start: &[Vector2<f64>; 4],
+    is_last: bool,
     frame: &GrayImage,
     config: &AlignmentConfig,
     workspace: &mut AlignmentWorkspace,
 ) -> Option<Descent> {
+    let converged = if is_last { CONVERGED } else { NEARLY_CONVERGED };
     let mut motion = Matrix3::identity();
     let mut descent = None;
     for iteration in 1..=config.max_iterations {
@@ -83,7 +88,7 @@ pub fn descend(
             information: information.matrix,
         });
         let moved = outline.map(|corner| apply(&change, corner));
-        if farthest(&moved, &outline) < CONVERGED {
+        if farthest(&moved, &outline) < converged {
             break;
         }
     }
