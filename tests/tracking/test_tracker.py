@@ -90,8 +90,13 @@ def test_the_pose_of_something_still_is_smoothed(coffee, detector):
         smooth.append(tracker.tracks[0].filtered.T_base_object)
 
     def jitter(poses):
-        moves = [error(T, still) for T in poses[15:]]
-        return np.std(moves, axis=0)
+        """Root mean square about the mean, degrees and millimetres."""
+        late = poses[15:]
+        middle = RigidTransform.from_components(
+            np.mean([T.translation for T in late], axis=0),
+            Rotation.concatenate([T.rotation for T in late]).mean(),
+        )
+        return np.sqrt(np.mean(np.square([error(T, middle) for T in late]), axis=0))
 
     assert np.all(jitter(smooth) < 0.5 * jitter(raw))
     assert tracker.tracks[0].moves < 0.1

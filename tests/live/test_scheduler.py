@@ -1,0 +1,87 @@
+"""Who gets the time of a frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import pytest
+
+from planegrasp.errors import InvalidInputError
+from planegrasp.live import Task
+from planegrasp.live.scheduler import Scheduler
+
+
+@dataclass
+class Named:
+    """An object of the library, as far as the scheduler looks at it."""
+
+    name: str
+    priority: int = 0
+
+
+@dataclass
+class Followed:
+    """A track, likewise."""
+
+    number: int
+    name: str
+    instance: int = 0
+
+
+LIBRARY = [Named("book"), Named("box", 2), Named("panel"), Named("label")]
+
+
+def followed(*names):
+    return [Followed(number, name) for number, name in enumerate(names)]
+
+
+def test_without_a_task_the_library_s_priorities_count():
+    assert Scheduler(LIBRARY).wanted(Task()) == ["box", "book", "panel", "label"]
+
+
+def test_cost_is_learnt_and_the_budget_kept():
+    scheduler, tracks = Scheduler(LIBRARY), followed("book", "box", "panel", "label")
+    for _ in range(100):
+        scheduler.followed(4, 4 * 0.005)
+    chosen, skipped = scheduler.to_follow(tracks, Task(budget=0.0125))
+    assert len(chosen) == 2
+    assert 1 in chosen, "the box matters most"
+    assert [s.reason for s in skipped] == ["the frame's 12 ms suffice for 2 objects"] * 2
+    assert len(scheduler.to_follow(tracks, Task(budget=1.0))[0]) == 4
+
+
+def test_what_is_missing_is_looked_for_first_and_the_rest_in_turn():
+    scheduler = Scheduler(LIBRARY, at_once=1)
+    task = Task({"panel": 1.0})
+    looked = [scheduler.to_find(followed("box"), task)[0] for _ in range(3)]
+    assert [names[0] for names in looked] == ["panel"] * 3
+    assert {names[1] for names in looked} == {"book", "box", "label"}
+    now, skipped = scheduler.to_find(followed("box"), task)
+    assert {s.name for s in skipped} == {"book", "label"} - set(now)
+    assert all(s.reason == "not its turn to be looked for" for s in skipped)
+
+
+def test_only_what_is_wanted_where_others_do_not_matter():
+    names, skipped = Scheduler(LIBRARY).to_find([], Task({"box": 1, "book": 3}, others=False))
+    assert names == ["book", "box"]
+    assert skipped == []
+    # Tracked already, it is still looked for: there may be another one.
+    assert Scheduler(LIBRARY).to_find(followed("box"), Task({"box": 1}, others=False))[0] == ["box"]
+
+
+def test_whether_something_wanted_is_missing():
+    scheduler = Scheduler(LIBRARY)
+    assert scheduler.is_missing_something(followed("box"), Task())
+    assert not scheduler.is_missing_something(followed("box"), Task({"box": 1}))
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"budget": 0.0}, "budget of a frame must be > 0 s, got 0"),
+        ({"priorities": {"box": float("nan")}}, "priority of 'box' must be finite, got nan"),
+    ],
+)
+def test_tasks_without_meaning_are_refused(settings, message):
+    with pytest.raises(InvalidInputError, match=message):
+        Task(**settings)
