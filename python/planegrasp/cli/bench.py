@@ -253,6 +253,32 @@ def live(
 
 
 @app.command()
+def soak(
+    *,
+    frames: Annotated[
+        int | None, typer.Option(min=1000, help="Frames to track.", show_default="100000")
+    ] = None,
+    losses: Annotated[
+        int | None,
+        typer.Option(min=1, help="How often the camera drops out.", show_default="100"),
+    ] = None,
+    seed: SeedOption = 0,
+    quick: QuickOption = False,
+    json_file: JsonFileOption = None,
+) -> None:
+    """The live system left running: growth of memory and threads, a camera that drops out."""
+    from planegrasp.bench import soak as bench
+
+    settings = bench.SoakSettings.quick() if quick else bench.SoakSettings()
+    settings = replace(
+        settings,
+        frames=settings.frames if frames is None else frames,
+        losses=settings.losses if losses is None else losses,
+    )
+    _measure(lambda advance: bench.run(seed, settings, advance), settings.steps, json_file)
+
+
+@app.command()
 def estimators(
     *,
     frames: FramesOption = None,
