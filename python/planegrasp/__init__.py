@@ -29,11 +29,13 @@ if TYPE_CHECKING:
     from planegrasp.grasping.plan import GraspPlan, GraspRefusal
     from planegrasp.grasping.planner import GraspPlanner, PlannerConfig
     from planegrasp.library import ObjectLibrary
+    from planegrasp.live import Live, LiveConfig, LiveFrame, Task
     from planegrasp.objects import ObjectModel, PlanarFace
     from planegrasp.rgbd import RGBDFrame
     from planegrasp.robot import Robot
     from planegrasp.teaching.quality import TeachingQuality, assess
     from planegrasp.teaching.teach import teach
+    from planegrasp.tracking import Track, Tracker, TrackerConfig
 
     __version__: str
 
@@ -47,6 +49,9 @@ __all__ = [
     "GraspPlan",
     "GraspPlanner",
     "GraspRefusal",
+    "Live",
+    "LiveConfig",
+    "LiveFrame",
     "ObjectLibrary",
     "ObjectModel",
     "PinholeCamera",
@@ -56,7 +61,11 @@ __all__ = [
     "RGBDFrame",
     "RigidTransform",
     "Robot",
+    "Task",
     "TeachingQuality",
+    "Track",
+    "Tracker",
+    "TrackerConfig",
     "assess",
     "teach",
 ]
@@ -71,6 +80,9 @@ _MODULES = {
     "GraspPlan": "grasping.plan",
     "GraspPlanner": "grasping.planner",
     "GraspRefusal": "grasping.plan",
+    "Live": "live",
+    "LiveConfig": "live",
+    "LiveFrame": "live",
     "ObjectLibrary": "library",
     "ObjectModel": "objects",
     "PinholeCamera": "geometry",
@@ -80,7 +92,11 @@ _MODULES = {
     "RGBDFrame": "rgbd",
     "RigidTransform": "geometry",
     "Robot": "robot",
+    "Task": "live",
     "TeachingQuality": "teaching.quality",
+    "Track": "tracking",
+    "Tracker": "tracking",
+    "TrackerConfig": "tracking",
     "assess": "teaching.quality",
     "teach": "teaching.teach",
 }

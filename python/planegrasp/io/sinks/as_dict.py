@@ -4,6 +4,7 @@
     timestamp    seconds, or null
     detections   one entry for each found object:
         name, instance            as in `Detection`
+        tracked                   whether it was followed from the frame before
         score                     0 … 1
         inliers                   of all faces together
         corners                   4×2 pixels of the best supported face: top-left, top-right,
@@ -56,6 +57,7 @@ def detection_to_dict(detection: Detection) -> dict[str, Any]:
     return {
         "name": detection.name,
         "instance": detection.instance,
+        "tracked": detection.tracked,
         "score": _number(detection.score),
         "inliers": detection.inliers,
         "corners": _numbers(detection.corners),
