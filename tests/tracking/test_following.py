@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from moving import frames, swaying
 
+from planegrasp import _core
+from planegrasp._convert import to_core_camera
 from planegrasp.bench.scenes import CAMERA, photograph, random_pose
 from planegrasp.bench.textures import random_background
 from planegrasp.errors import InvalidInputError
@@ -84,3 +86,30 @@ def test_settings_without_meaning_are_refused():
         FollowConfig(min_share=1.5)
     with pytest.raises(InvalidInputError, match="must be numbers"):
         FollowConfig(min_side="wide")
+
+
+@pytest.mark.parametrize(
+    ("poses", "size", "message"),
+    [
+        ([np.eye(4)], (240, 320), "480"),
+        ([np.eye(4), np.eye(4)], (480, 640), "one predicted pose an object, got 2 for 1"),
+        ([np.eye(3)], (480, 640), "predicted must be 4×4"),
+        ([np.diag([2.0, 1.0, 1.0, 1.0])], (480, 640), "predicted"),
+        ([np.full((4, 4), np.nan)], (480, 640), "predicted"),
+    ],
+)
+def test_what_the_core_cannot_work_with_is_an_error(poses, size, message):
+    core = _core.Follower(FollowConfig()._settings())
+    camera = to_core_camera(CAMERA)
+    gray = np.zeros(size, np.uint8)
+    with pytest.raises(InvalidInputError, match=message):
+        core.follow([_core.TrackedObject()], poses, gray, None, camera)
+
+
+def test_an_object_without_faces_is_not_seen():
+    core = _core.Follower(FollowConfig()._settings())
+    gray = np.zeros((480, 640), np.uint8)
+    (reason,) = core.follow(
+        [_core.TrackedObject()], [np.eye(4)], gray, None, to_core_camera(CAMERA)
+    )
+    assert reason == "no face is turned towards the camera"

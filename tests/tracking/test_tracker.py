@@ -265,3 +265,18 @@ def test_settings_without_meaning_are_refused():
         TrackerConfig(patience=0)
     with pytest.raises(InvalidInputError, match="creep must be > 0"):
         MotionFilterConfig(creep=0.0)
+
+
+def test_a_track_goes_on_where_resolution_and_depth_change(coffee, detector):
+    """Half the resolution from the sixth frame on, no depth from the eleventh."""
+    half = PinholeCamera(320, 240, 262.5, 262.5, 159.5, 119.5)
+    full = list(frames(coffee, swaying, 16))
+    small = list(frames(coffee, swaying, 16, camera=half))
+    tracker = begun(detector, full[0][0])
+    for number in range(1, 16):
+        frame, truth = full[number] if number < 6 else small[number]
+        if number > 10:
+            frame = replace(frame, depth=None)
+        (found,) = tracker.update(frame)
+        assert error(found.T_camera_object, truth)[1] < 3.0
+    assert tracker.tracks[0].frames == 15
