@@ -132,7 +132,7 @@ def test_it_gives_up_when_time_is_up(pr2, checker, over_the_table):
     config = MotionConfig(time_limit=1e-6)
     result = plan_path(checker, pr2.arm(pr2.home), over_the_table, config=config)
     assert isinstance(result, MotionFailure)
-    assert result.reason == "no path found within 1e-06 s"
+    assert result.reason == "no path found within 1e-06 s and 20000 postures each"
 
 
 def test_a_straight_line_is_straight_and_turns_evenly(pr2, pr2_arm, over_the_table):

@@ -19,7 +19,7 @@ from planegrasp.robot.collision_model import body_names
 from planegrasp.robot.kinematics import Kinematics
 from planegrasp.robot.motion import plan_path, straight_line
 from planegrasp.robot.path import MotionFailure, Path
-from planegrasp.robot.scene import OBJECT
+from planegrasp.robot.scene import OBJECT, Scene
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from planegrasp.robot.collision import Contact
     from planegrasp.robot.ik import IKSolution
     from planegrasp.robot.model import Robot
-    from planegrasp.robot.scene import Scene
     from planegrasp.robot.state import RobotState
 
     Float64Array = NDArray[np.float64]
@@ -42,6 +41,8 @@ __all__ = ["Attempt", "Candidate", "Judged"]
 _RESTING = 0.003
 # Openings that are checked between open and closed.
 _CLOSING = 4
+# Share of the score that a grasp loses at which the robot would touch who holds the object.
+_CROWDED = 0.7
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,6 +130,27 @@ class Attempt:
         room = CollisionConfig(margin=self._config.margin)
         return CollisionChecker(self._robot, self._scene, state=self._state, config=room)
 
+    @cached_property
+    def _past_people(self) -> CollisionChecker:
+        """With the margin of motion near what moves."""
+        room = CollisionConfig(margin=max(self._config.margin, self._config.moving_margin))
+        return CollisionChecker(self._robot, self._scene, state=self._state, config=room)
+
+    @cached_property
+    def _near_leaving(self) -> CollisionChecker:
+        """With what holds the object alone, and the room that the robot should keep from it."""
+        boxes = tuple(box for box in self._scene.obstacles if box.name in self._leaving)
+        room = CollisionConfig(margin=self._config.room)
+        return CollisionChecker(self._robot, Scene(boxes), state=self._state, config=room)
+
+    def _room(self, q: Float64Array, opening: float) -> float:
+        """Distance of the robot from what holds the object and moves, at most what it should keep
+        [m].
+        """
+        contact = self._near_leaving.check(q, opening)
+        room = self._config.room
+        return room if contact is None else min(max(-contact.depth, 0.0), room)
+
     def _touched_while_closing(
         self, q: Float64Array, opening: float, closed: float
     ) -> Contact | None:
@@ -181,19 +203,29 @@ class Attempt:
         against = self._lifted_into(lift, closed)
         if against:
             return f"it cannot be lifted by {self._config.lift:g} m: object goes into {against}"
-        move = plan_path(
-            self._free,
-            self._start,
-            back.end,
-            opening=opening,
-            seed=self._config.seed,
-            config=motion,
-        )
+        move = self._move(back.end, opening)
         if isinstance(move, MotionFailure):
             return f"no way to its pre-grasp: {move.reason}"
         # Joints without limits may have come to the pre-grasp by other turns than they left it.
         turns = move.end - back.end
         return move, Path(back.reversed().q + turns), Path(lift.q + turns)
+
+    def _move(self, q: Float64Array, opening: float) -> Path | MotionFailure:
+        """A free path to a pre-grasp; past a person with more room where there is any."""
+        checkers = (self._past_people, self._free) if self._leaving else (self._free,)
+        found: Path | MotionFailure = MotionFailure("")
+        for checker in checkers:
+            found = plan_path(
+                checker,
+                self._start,
+                q,
+                opening=opening,
+                seed=self._config.seed,
+                config=self._config.motion,
+            )
+            if found:
+                break
+        return found
 
     def _doubt(
         self,
@@ -242,6 +274,10 @@ class Attempt:
     ) -> Candidate:
         manipulability = self._kinematics.manipulability(solution.q)
         score = _score(solution, manipulability, fit)
+        if self._leaving:
+            room = self._room(solution.q, grasp.opening)
+            score *= 1.0 - _CROWDED * (1.0 - room / self._config.room)
+            figures = {**figures, "room": room}
         figures = {
             **figures,
             "limit_margin": solution.limit_margin,

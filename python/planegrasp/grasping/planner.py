@@ -51,6 +51,9 @@ class PlannerConfig:
         need_depth: refuse poses that no depth took part in.
         fit: least probability that the object lies between the open fingers.
         margin: that the robot keeps from everything on its way to the pre-grasp [m].
+        moving_margin: the same where what holds the object moves, if there is such a way [m].
+        room: distance from what holds the object, and moves, from which on a grasp is none the
+            better for more [m].
         close_margin: from what it must not touch, from there on, where it is slow [m].
         lift: how far up the object is taken [m].
         gripper: shape of fingers and palm, for the width of the object between them.
@@ -65,6 +68,8 @@ class PlannerConfig:
     need_depth: bool = True
     fit: float = 0.7
     margin: float = 0.005
+    moving_margin: float = 0.03
+    room: float = 0.10
     close_margin: float = 0.001
     lift: float = 0.12
     gripper: GripperShape = field(default_factory=GripperShape)
@@ -74,7 +79,7 @@ class PlannerConfig:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        for name in ("translation_sigma", "rotation_sigma", "lift"):
+        for name in ("translation_sigma", "rotation_sigma", "lift", "room"):
             if not getattr(self, name) > 0:
                 raise InvalidInputError(f"{name} must be > 0, got {getattr(self, name)}")
         if self.seed < 0:
