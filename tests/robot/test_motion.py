@@ -135,6 +135,14 @@ def test_it_gives_up_when_time_is_up(pr2, checker, over_the_table):
     assert result.reason == "no path found within 1e-06 s and 20000 postures each"
 
 
+def test_it_gives_up_after_a_number_of_postures(pr2, checker, over_the_table):
+    start, few = pr2.arm(pr2.home), MotionConfig(most_checks=3)
+    result = plan_path(checker, start, over_the_table, config=few)
+    assert isinstance(result, MotionFailure)
+    assert result.reason == "no path found within 3 s and 3 postures each"
+    assert plan_path(checker, start, over_the_table)
+
+
 def test_a_straight_line_is_straight_and_turns_evenly(pr2, pr2_arm, over_the_table):
     T_from = pr2_arm.forward(over_the_table)
     turn = Rotation.from_euler("x", 0.5)

@@ -77,9 +77,8 @@ class Attempt:
         self._widest = robot.gripper.max_opening if robot.gripper is not None else 0.0
         self._start = robot.arm(start)
         self._kinematics = Kinematics(robot, start, config.inverse)
-        close = CollisionConfig(margin=config.close_margin)
-        self._checker = CollisionChecker(robot, scene, state=start, config=close)
         self._scene = scene
+        self._checker = self._checks(config.close_margin)
         self._lying = scene.object
         scene.check_names(leaving)
         movers = (*body_names(robot.model), OBJECT)
@@ -121,32 +120,29 @@ class Attempt:
             candidates.append(self._candidate(grasp, solution, fit, figures))
         if not candidates:
             return _refused(grasp, reason, figures)
-        best = max(candidates, key=lambda c: c.assessment.score)
-        return Judged(best.assessment, tuple(candidates))
+        best = max((c.assessment for c in candidates), key=lambda verdict: verdict.score)
+        return Judged(best, tuple(candidates))
+
+    def _checks(self, margin: float, scene: Scene | None = None) -> CollisionChecker:
+        scene = self._scene if scene is None else scene
+        config = CollisionConfig(margin=margin)
+        return CollisionChecker(self._robot, scene, state=self._state, config=config)
 
     @cached_property
-    def _free(self) -> CollisionChecker:
-        """With the margin of fast motion."""
-        room = CollisionConfig(margin=self._config.margin)
-        return CollisionChecker(self._robot, self._scene, state=self._state, config=room)
-
-    @cached_property
-    def _past_people(self) -> CollisionChecker:
-        """With the margin of motion near what moves."""
-        room = CollisionConfig(margin=max(self._config.margin, self._config.moving_margin))
-        return CollisionChecker(self._robot, self._scene, state=self._state, config=room)
+    def _movers(self) -> tuple[CollisionChecker, ...]:
+        """With the margin of fast motion; first with that near what moves, where something does."""
+        margin = self._config.margin
+        wider = max(margin, self._config.moving_margin)
+        return tuple(map(self._checks, (wider, margin) if self._leaving else (margin,)))
 
     @cached_property
     def _near_leaving(self) -> CollisionChecker:
         """With what holds the object alone, and the room that the robot should keep from it."""
         boxes = tuple(box for box in self._scene.obstacles if box.name in self._leaving)
-        room = CollisionConfig(margin=self._config.room)
-        return CollisionChecker(self._robot, Scene(boxes), state=self._state, config=room)
+        return self._checks(self._config.room, Scene(boxes))
 
     def _room(self, q: Float64Array, opening: float) -> float:
-        """Distance of the robot from what holds the object and moves, at most what it should keep
-        [m].
-        """
+        """How far the robot is from what holds the object, at most what it should keep [m]."""
         contact = self._near_leaving.check(q, opening)
         room = self._config.room
         return room if contact is None else min(max(-contact.depth, 0.0), room)
@@ -211,18 +207,11 @@ class Attempt:
         return move, Path(back.reversed().q + turns), Path(lift.q + turns)
 
     def _move(self, q: Float64Array, opening: float) -> Path | MotionFailure:
-        """A free path to a pre-grasp; past a person with more room where there is any."""
-        checkers = (self._past_people, self._free) if self._leaving else (self._free,)
+        """A free path to a pre-grasp; past what moves with more room where there is any."""
         found: Path | MotionFailure = MotionFailure("")
-        for checker in checkers:
-            found = plan_path(
-                checker,
-                self._start,
-                q,
-                opening=opening,
-                seed=self._config.seed,
-                config=self._config.motion,
-            )
+        seed, motion = self._config.seed, self._config.motion
+        for checker in self._movers:
+            found = plan_path(checker, self._start, q, opening=opening, seed=seed, config=motion)
             if found:
                 break
         return found

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from planegrasp.geometry import RigidTransform
     from planegrasp.grasping.executor import ExecutorConfig, Outcome
     from planegrasp.grasping.interfaces import Arm
     from planegrasp.robot.kinematics import Kinematics
@@ -62,6 +63,7 @@ class Drive:
         config: ExecutorConfig,
         arm: Arm,
         kinematics: Kinematics,
+        *,
         start: Float64Array,
         watch: Callable[[], None],
     ) -> None:
@@ -136,6 +138,19 @@ class Drive:
                 f"the arm does not follow: {self._robot.arm_joints[worst]} is {behind[worst]:.2f} "
                 f"from where it was told to be",
             )
+
+    def towards(self, T_base_gripper: RigidTransform) -> Float64Array:
+        """Where the arm, n, gets in a period towards a pose of the gripper."""
+        speeds = self._robot.velocity_limits * self._config.speed
+        return self._kinematics.step(self.q, T_base_gripper, self._config.period, speeds)
+
+    def missed(self, T_base_gripper: RigidTransform) -> float:
+        """How far the gripper was told to be from a pose, in tolerances: 1 is just within them."""
+        missed = self._kinematics.forward(self.q).inv() * T_base_gripper
+        return max(
+            float(np.linalg.norm(missed.translation)) / self._config.position_tolerance,
+            float(missed.rotation.magnitude()) / self._config.rotation_tolerance,
+        )
 
     def measured(self) -> Float64Array:
         """Where the arm is, n, with continuous joints counted as in what it was told."""

@@ -49,9 +49,9 @@ class Nearby:
         state: RobotState,
         scene: Scene,
         body: ObjectBody,
+        *,
         carried: Iterable[str],
         opening: float,
-        *,
         margin: float,
         room: float,
     ) -> None:

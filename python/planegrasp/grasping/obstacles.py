@@ -59,8 +59,8 @@ class ObstacleConfig:
             measured in a cell for it to be more than noise,
         fewest: but no fewer than these.
         thickness: what is seen goes on behind its surface by this [m].
-        edge: what is seen within so many pixels of the image's edge goes on beyond it, away from the
-            object: an arm that holds it does [px],
+        edge: what is seen within so many pixels of the image's edge goes on beyond it, away from
+            the object: an arm that holds it does [px],
         beyond: by so much, within the radius [m].
         most: boxes, at least 26; where there are more, larger cells are joined.
 

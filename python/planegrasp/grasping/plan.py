@@ -29,8 +29,8 @@ class GraspAssessment:
         score: 0 … 1 of an accepted grasp, larger is better.
         figures: the numbers by name, as far as it got: `position_error` [m] and `rotation_error`
             [rad] of the arm, `limit_margin` (0 … 1), `manipulability`, `clearance` [m] between an
-            open finger and the object, `closing_sigma` [m] of the object between the fingers, `room`
-            [m] to what holds it and moves.
+            open finger and the object, `closing_sigma` [m] of the object between the fingers,
+            `room` [m] to what holds it and moves.
         hopeless: whether no other posture of the arm could change the verdict: no posture holds the
             object so, or the object would not be between the fingers.
     """

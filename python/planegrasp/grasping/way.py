@@ -10,9 +10,9 @@ import numpy as np
 from planegrasp.geometry import RigidTransform
 from planegrasp.grasping.driving import Drive, StoppedError
 from planegrasp.grasping.nearby import Nearby
+from planegrasp.grasping.pursuit import Pursuit
 from planegrasp.robot.collision import CollisionChecker, CollisionConfig
 from planegrasp.robot.kinematics import Kinematics
-from planegrasp.robot.motion import plan_path
 from planegrasp.robot.scene import ObjectBody, Scene
 
 if TYPE_CHECKING:
@@ -26,28 +26,17 @@ if TYPE_CHECKING:
     from planegrasp.grasping.plan import GraspPlan
     from planegrasp.grasping.target import MovingTarget
     from planegrasp.robot.model import Robot
-    from planegrasp.robot.path import Path
 
     Float64Array = NDArray[np.float64]
 
 __all__ = ["Way"]
 
-# Times out of tolerance at which the object has jumped rather than moved.
-_JUMPED = 5.0
-# Times out of tolerance up to which the gripper is before the object, and comes onto its line.
-_BEFORE = 10.0
+# Times out of tolerance up to which the gripper has come up.
+_LIFTED = 5.0
 # Fingers that press for less than this have not let go in between [s].
 _FLICKER = 0.05
 # After opening the gripper and before moving away from the object [s].
 _LETTING_GO = 0.5
-
-
-class _InTheWayError(StoppedError):
-    """Something that moves would be touched, or nearly: another way may be free."""
-
-
-class _LeftBehindError(StoppedError):
-    """The object was not caught up with."""
 
 
 class Way:
@@ -72,18 +61,25 @@ class Way:
         self._kinematics = Kinematics(robot, arm.state)
         self._scene, self._carried = scene, frozenset(carried)
         scene.check_names(self._carried)
-        self._drive = Drive(robot, config, arm, self._kinematics, plan.move.start, self._watch)
-        self._nearby = Nearby(
-            robot,
-            arm.state,
-            scene,
-            self._body,
-            self._carried,
-            plan.opening,
-            margin=config.margin,
-            room=config.room,
+        kinematics = self._kinematics
+        self._drive = drive = Drive(
+            robot, config, arm, kinematics, start=plan.move.start, watch=self._watch
         )
-        self._deadline = math.inf
+        self._pursuit = None
+        if target is not None:
+            nearby = Nearby(
+                robot,
+                arm.state,
+                scene,
+                self._body,
+                carried=self._carried,
+                opening=plan.opening,
+                margin=config.margin,
+                room=config.room,
+            )
+            self._pursuit = Pursuit(
+                config, plan, arm, target, kinematics=kinematics, drive=drive, nearby=nearby
+            )
         # The highest that the gripper has been since it held the object [m].
         self._top = -math.inf
 
@@ -97,37 +93,19 @@ class Way:
         return float(np.linalg.norm(there.translation - self._plan.T_base_gripper.translation))
 
     def move(self) -> None:
-        """Through free space to the pre-grasp, with the gripper open.
-
-        Where the object has moved into the way, by another way to where its pre-grasp is by then.
-        """
+        """Through free space to the pre-grasp, with the gripper open; see `Pursuit`."""
         self._arm.grip(self._plan.opening, self._plan.force)
-        if self._target is None:
+        if self._pursuit is None:
             self._drive.follow(self._plan.move)
-            return
-        self._deadline = self._arm.time + self._config.patience
-        if not self._follow(self._plan.move) and not self._is_before_object():
-            self._go_round("the object moved into the way")
+        else:
+            self._pursuit.come_before()
 
     def reach(self) -> None:
         """Straight to the grasp; to wherever it is by then."""
-        if self._target is None:
+        if self._pursuit is None:
             self._drive.follow(self._plan.reach, fastest=self._config.reach_speed)
-            return
-        self._deadline = self._arm.time + self._config.patience
-        kept = self._kept_by_plan()
-        obstacle: _InTheWayError | None = None
-        while True:
-            try:
-                self._come_nearer(kept)
-            except _InTheWayError as stop:
-                obstacle = stop
-                self._go_round(obstacle.reason)
-            except _LeftBehindError as stop:
-                # What kept it from catching up is the reason.
-                raise obstacle or stop from None
-            else:
-                return
+        else:
+            self._pursuit.reach()
 
     def close(self) -> None:
         """Close until the fingers press on the object."""
@@ -140,10 +118,10 @@ class Way:
             loose = 0.0 if self._arm.is_gripping else loose + config.period
             # What is gripped follows the gripper: seen and followed in turn, both would run away.
             self._eyes = None if loose <= _FLICKER else eyes
-            if self._target is None:
+            if self._pursuit is None:
                 self._drive.wait()
-            elif self._step_after_object(0.0) > _JUMPED:
-                raise StoppedError("missed", "the object moved away while the fingers closed")
+            else:
+                self._pursuit.stay_with()
             pressed = pressed + config.period if loose <= _FLICKER else 0.0
             self._top = max(self._top, self._height()) if pressed else -math.inf
             if pressed < config.settle and self._arm.time > deadline:
@@ -153,7 +131,7 @@ class Way:
 
     def lift(self) -> None:
         """Straight up with the object, which goes where the gripper goes from now on."""
-        if self._target is None:
+        if self._pursuit is None:
             self._drive.follow(self._plan.lift, fastest=self._config.lift_speed)
         else:
             self._eyes = None
@@ -177,112 +155,6 @@ class Way:
         """Where the arm is, wherever it was told to be."""
         self._drive.stay()
 
-    def _follow(self, path: Path) -> bool:
-        """Along a path as long as nothing that moves comes near; whether to its end."""
-        config, nearby = self._config, self._nearby
-        nearby.place(self._expected())
-        kept = nearby.kept(path)
-
-        def is_free(q: Float64Array) -> bool:
-            nearby.place(self._expected(config.lookahead))
-            return nearby.distance(q) >= kept
-
-        return self._drive.follow(path, ahead=config.lookahead, is_free=is_free)
-
-    def _go_round(self, obstacle: str) -> None:
-        """Back until there is room, and by a new way to the pre-grasp.
-
-        Args:
-            obstacle: what is in the way, in words.
-
-        Raises:
-            StoppedError: no way was found before the patience ended.
-        """
-        config, nearby = self._config, self._nearby
-        while True:
-            if self._arm.time > self._deadline:
-                raise StoppedError("blocked", obstacle)
-
-            def is_crowded(q: Float64Array) -> bool:
-                nearby.place(self._expected())
-                return nearby.distance(q) < config.room
-
-            self._drive.follow(self._drive.back, fastest=config.back_speed, is_free=is_crowded)
-            path = self._new_way()
-            # The way begins after the time that it takes to find one.
-            self._drive.wait(config.thinking)
-            if path is not None and (self._follow(path) or self._is_before_object()):
-                return
-
-    def _is_before_object(self) -> bool:
-        """Whether the gripper is near its pre-grasp, from where it goes on without a plan."""
-        return self._missed(self._plan.grasp.pregrasp(self._expected())) <= _BEFORE
-
-    def _new_way(self) -> Path | None:
-        """From where the arm is to where the pre-grasp will be, in the posture of the plan."""
-        T_base_object = self._expected(self._config.thinking)
-        self._nearby.place(T_base_object)
-        pregrasp = self._plan.grasp.pregrasp(T_base_object)
-        goal = self._kinematics.inverse_near(pregrasp, self._plan.move.end)
-        if not goal:
-            return None
-        for checker in (self._nearby.roomy, self._nearby.near):
-            path = plan_path(
-                checker,
-                self._drive.q,
-                goal.q,
-                opening=self._plan.opening,
-                config=self._config.paths,
-            )
-            if path:
-                return path
-        return None
-
-    def _kept_by_plan(self) -> float:
-        """What to keep from things that move on the straight way to the object [m]."""
-        self._nearby.place(self._plan.T_base_object)
-        return self._nearby.kept(self._plan.reach, reaching=True)
-
-    def _come_nearer(self, kept: float) -> None:
-        """From the pre-grasp to the grasp, a little in every period in which it is on its line."""
-        config = self._config
-        farthest = standoff = self._plan.grasp.pregrasp_distance
-        while standoff > 0:
-            error = self._step_after_object(standoff, kept)
-            if error < 1:
-                standoff = max(0.0, standoff - config.reach_speed * config.period)
-            elif self._arm.time > self._deadline:
-                raise _LeftBehindError(
-                    "left behind",
-                    f"the object was not caught up with in {config.patience:g} s, the gripper "
-                    f"stayed {1000 * standoff:.0f} mm away from it",
-                )
-            elif error > _JUMPED:
-                standoff = farthest
-            # In the last part the hand hides the object; beside its line the gripper must see it.
-            if standoff > config.blind or error >= 1:
-                self._check_in_sight()
-
-    def _step_after_object(self, standoff: float, kept: float | None = None) -> float:
-        """One period towards a distance before the grasp.
-
-        Args:
-            standoff: the distance [m].
-            kept: from what moves [m]; None where the fingers close.
-
-        Returns:
-            How far the gripper's line is missed: above 1 it is out of tolerance.
-        """
-        T_base_object = self._expected()
-        back = RigidTransform.from_translation(-standoff * np.asarray(self._plan.grasp.approach))
-        goal = self._plan.grasp.adapt(T_base_object) * back
-        q = self._kinematics.step(self._drive.q, goal, self._config.period, self._speeds)
-        if kept is not None:
-            self._nearby.place(T_base_object)
-            self._check(q, kept, self._missed(goal))
-        self._drive.to(q)
-        return self._missed(goal)
-
     def _rise(self) -> None:
         """Up by the height of the plan's lift, from the highest that the object was held."""
         config, lift = self._config, self._plan.lift
@@ -303,60 +175,17 @@ class Way:
         steps = max(1, math.ceil(height / (config.lift_speed * config.period)))
         for i in range(1, steps + 1):
             goal = RigidTransform.from_translation([0.0, 0.0, height * i / steps]) * T
-            q = self._kinematics.step(self._drive.q, goal, config.period, self._speeds)
+            q = self._drive.towards(goal)
             contact = checker.check(q, opening, allowed=checker.fingers_on_object)
             if contact is not None:
                 raise StoppedError("blocked", f"while it was lifted, {contact}")
             self._drive.to(q)
-        if self._missed(goal) > _JUMPED:
+        if self._drive.missed(goal) > _LIFTED:
             raise StoppedError("blocked", f"it cannot be lifted by {height:.2f} m from there")
-
-    @property
-    def _speeds(self) -> Float64Array:
-        return np.asarray(self._robot.velocity_limits * self._config.speed, dtype=np.float64)
 
     def _height(self) -> float:
         """Of the gripper, in the base [m]."""
         return float(self._kinematics.forward(self._drive.measured()).translation[2])
-
-    def _missed(self, goal: RigidTransform) -> float:
-        """How far the gripper was told to be from a pose, in tolerances."""
-        missed = self._kinematics.forward(self._drive.q).inv() * goal
-        return max(
-            float(np.linalg.norm(missed.translation)) / self._config.position_tolerance,
-            float(missed.rotation.magnitude()) / self._config.rotation_tolerance,
-        )
-
-    def _check(self, q: Float64Array, kept: float, missed: float) -> None:
-        """Stop before something that is in the way; a gripper beside its line, before the object.
-
-        On its line it has the object between its fingers, and needs no margin from it.
-        """
-        contact = self._nearby.contact(q, reaching=missed <= 1)
-        if contact is None:
-            closest = self._nearby.closest(q, reaching=missed <= _JUMPED)
-            contact = closest if closest is not None and -closest.depth < kept else None
-        if contact is not None:
-            raise _InTheWayError("blocked", f"on the way to the object {contact}")
-
-    def _expected(self, later: float = 0.0) -> RigidTransform:
-        """T_base_object when the arm has followed the next command, or later [s]."""
-        assert self._target is not None
-        return self._target.at(self._arm.time + self._config.lead + later)
-
-    def _check_in_sight(self) -> None:
-        target, config = self._target, self._config
-        assert target is not None
-        unseen = self._arm.time - target.seen
-        if unseen > config.lost_after:
-            raise StoppedError("lost", f"the object was not seen for {unseen:.1f} s")
-        sigma = target.sigma(self._arm.time)
-        if sigma > config.lost_sigma:
-            raise StoppedError(
-                "lost",
-                f"the object's position is uncertain by {1000 * sigma:.0f} mm, at most "
-                f"{1000 * config.lost_sigma:.0f} mm are accepted",
-            )
 
     def _watch(self) -> None:
         if self._target is not None and self._eyes is not None:
