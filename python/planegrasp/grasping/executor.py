@@ -1,11 +1,11 @@
 """Carry out a grasp plan: move there, reach, close, lift; follow an object that moves.
 
 An object that stands still is reached along the planned paths, each point of which was checked. One
-that moves is followed: the planned motion leads to where its pre-grasp was, from there the
-gripper is servoed to where the object is by now, a little nearer in every period. Each step of both
-is checked for collisions with the object where it is by then: the planned motion ends before it,
-the servo stops. Whatever goes wrong, the arm stops, opens the gripper and goes back the way it
-came.
+that moves is followed (`pursuit`): the planned motion leads to where its pre-grasp was, or another
+way does where the object has come into the way; from there the gripper is servoed to where it is by
+now, a little nearer in every period. Each step of both is checked for collisions with the object,
+and with what moves along with it, where they are by then. Whatever goes wrong, the arm stops, opens
+the gripper and goes back the way it came.
 """
 
 from __future__ import annotations
