@@ -374,7 +374,7 @@ def test_what_leaves_with_the_grip_is_not_in_the_way_of_the_lift(
 
 
 def test_the_grasp_with_more_room_to_a_person_is_preferred(pr2, carton_model, before_pr2):
-    planner = GraspPlanner(pr2)
+    planner = GraspPlanner(pr2, PlannerConfig(sidestep=0.0))
     before = planner.plan_at(carton_model, before_pr2)
     assert before
     # A hand that is nearly where the gripper would be, and moves.

@@ -12,6 +12,7 @@ import numpy as np
 from planegrasp.body import BoxBody
 from planegrasp.geometry import RigidTransform
 from planegrasp.grasping.clearance import extent_between_fingers
+from planegrasp.grasping.company import sidesteps
 from planegrasp.grasping.doubts import closing_sigma
 from planegrasp.grasping.plan import GraspAssessment
 from planegrasp.robot.collision import CollisionChecker, CollisionConfig
@@ -19,18 +20,20 @@ from planegrasp.robot.collision_model import body_names
 from planegrasp.robot.kinematics import Kinematics
 from planegrasp.robot.motion import plan_path, straight_line
 from planegrasp.robot.path import MotionFailure, Path
-from planegrasp.robot.scene import OBJECT, Scene
+from planegrasp.robot.scene import OBJECT
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from planegrasp.grasping.canonical import CanonicalGrasp
     from planegrasp.grasping.clearance import GripperShape
+    from planegrasp.grasping.company import Company
     from planegrasp.grasping.planner import PlannerConfig
     from planegrasp.objects import ObjectModel
     from planegrasp.robot.collision import Contact
     from planegrasp.robot.ik import IKSolution
     from planegrasp.robot.model import Robot
+    from planegrasp.robot.scene import Scene
     from planegrasp.robot.state import RobotState
 
     Float64Array = NDArray[np.float64]
@@ -41,8 +44,8 @@ __all__ = ["Attempt", "Candidate", "Judged"]
 _RESTING = 0.003
 # Openings that are checked between open and closed.
 _CLOSING = 4
-# Share of the score that a grasp loses at which the robot would touch who holds the object.
-_CROWDED = 0.7
+# With less room to a person, a grasp is tried a little aside, too [m].
+_CLOSE = 0.03
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,7 +74,9 @@ class Attempt:
         config: PlannerConfig,
         start: RobotState,
         scene: Scene,
-        leaving: frozenset[str],
+        *,
+        leaving: frozenset[str] = frozenset(),
+        company: Company | None = None,
     ) -> None:
         self._config, self._robot, self._state = config, robot, start
         self._widest = robot.gripper.max_opening if robot.gripper is not None else 0.0
@@ -82,7 +87,7 @@ class Attempt:
         self._lying = scene.object
         scene.check_names(leaving)
         movers = (*body_names(robot.model), OBJECT)
-        self._leaving = leaving
+        self._leaving, self._company = leaving, company
         self._gone = frozenset(frozenset((mover, name)) for mover in movers for name in leaving)
 
     def judge(
@@ -118,15 +123,15 @@ class Attempt:
                 reason = reason or f"in collision: {contact}"
                 continue
             candidates.append(self._candidate(grasp, solution, fit, figures))
+        candidates += self._aside(candidates, model.outer_body, T_base_object, closed)
         if not candidates:
             return _refused(grasp, reason, figures)
         best = max((c.assessment for c in candidates), key=lambda verdict: verdict.score)
         return Judged(best, tuple(candidates))
 
-    def _checks(self, margin: float, scene: Scene | None = None) -> CollisionChecker:
-        scene = self._scene if scene is None else scene
+    def _checks(self, margin: float) -> CollisionChecker:
         config = CollisionConfig(margin=margin)
-        return CollisionChecker(self._robot, scene, state=self._state, config=config)
+        return CollisionChecker(self._robot, self._scene, state=self._state, config=config)
 
     @cached_property
     def _movers(self) -> tuple[CollisionChecker, ...]:
@@ -135,17 +140,27 @@ class Attempt:
         wider = max(margin, self._config.moving_margin)
         return tuple(map(self._checks, (wider, margin) if self._leaving else (margin,)))
 
-    @cached_property
-    def _near_leaving(self) -> CollisionChecker:
-        """With what holds the object alone, and the room that the robot should keep from it."""
-        boxes = tuple(box for box in self._scene.obstacles if box.name in self._leaving)
-        return self._checks(self._config.room, Scene(boxes))
-
-    def _room(self, q: Float64Array, opening: float) -> float:
-        """How far the robot is from what holds the object, at most what it should keep [m]."""
-        contact = self._near_leaving.check(q, opening)
-        room = self._config.room
-        return room if contact is None else min(max(-contact.depth, 0.0), room)
+    def _aside(
+        self,
+        candidates: list[Candidate],
+        body: BoxBody,
+        T_base_object: RigidTransform,
+        closed: float,
+    ) -> list[Candidate]:
+        """The better ones of the same grasps a little aside, in about the same postures."""
+        config, found = self._config, list[Candidate]()
+        crowded = [c for c in candidates if c.assessment.figures.get("room", config.room) < _CLOSE]
+        for candidate in crowded:
+            for grasp in sidesteps(candidate.grasp, body, config.gripper, config.sidestep):
+                there = self._kinematics.inverse_near(grasp.adapt(T_base_object), candidate.q)
+                figures = dict(candidate.assessment.figures)
+                fit = self._doubt(grasp, body, None, figures)[1]
+                if not (there and fit):
+                    continue
+                if self._touched_while_closing(there.q, grasp.opening, closed) is None:
+                    figures["aside"] = config.sidestep
+                    found.append(self._candidate(grasp, there.solutions[0], fit, figures))
+        return found
 
     def _touched_while_closing(
         self, q: Float64Array, opening: float, closed: float
@@ -263,10 +278,9 @@ class Attempt:
     ) -> Candidate:
         manipulability = self._kinematics.manipulability(solution.q)
         score = _score(solution, manipulability, fit)
-        if self._leaving:
-            room = self._room(solution.q, grasp.opening)
-            score *= 1.0 - _CROWDED * (1.0 - room / self._config.room)
-            figures = {**figures, "room": room}
+        if self._company is not None:
+            figures = {**figures, **self._company.figures(solution.q, grasp.opening)}
+            score *= self._company.share(figures)
         figures = {
             **figures,
             "limit_margin": solution.limit_margin,

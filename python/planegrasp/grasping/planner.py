@@ -18,6 +18,7 @@ from planegrasp.geometry import RigidTransform, checked_transform
 from planegrasp.grasping.attempt import Attempt, Candidate
 from planegrasp.grasping.canonical import check_unique
 from planegrasp.grasping.clearance import GripperShape
+from planegrasp.grasping.company import Company
 from planegrasp.grasping.doubts import doubt
 from planegrasp.grasping.plan import GraspAssessment, GraspPlan, GraspRefusal
 from planegrasp.robot.ik import IKConfig
@@ -54,6 +55,8 @@ class PlannerConfig:
         moving_margin: the same where what holds the object moves, if there is such a way [m].
         room: distance from what holds the object, and moves, from which on a grasp is none the
             better for more [m].
+        sidestep: by how much a grasp that is close to a person's hand may be moved along the
+            fingers' pads, away from it [m]; 0 keeps all as taught.
         close_margin: from what it must not touch, from there on, where it is slow [m].
         lift: how far up the object is taken [m].
         gripper: shape of fingers and palm, for the width of the object between them.
@@ -70,6 +73,7 @@ class PlannerConfig:
     margin: float = 0.005
     moving_margin: float = 0.03
     room: float = 0.10
+    sidestep: float = 0.015
     close_margin: float = 0.001
     lift: float = 0.12
     gripper: GripperShape = field(default_factory=GripperShape)
@@ -155,6 +159,7 @@ class GraspPlanner:
             start=start,
             supports=supports,
             leaving=leaving,
+            T_base_camera=T_base_camera,
         )
 
     def plan_at(
@@ -167,6 +172,7 @@ class GraspPlanner:
         start: RobotState | None = None,
         supports: Iterable[str] = (),
         leaving: Iterable[str] = (),
+        T_base_camera: RigidTransform | None = None,
     ) -> GraspPlan | GraspRefusal:
         """Plan to grasp an object whose pose is known; see `plan` for the other arguments.
 
@@ -178,6 +184,7 @@ class GraspPlanner:
             start: see `plan`.
             supports: see `plan`.
             leaving: see `plan`.
+            T_base_camera: from where the object is watched, if it moves.
         """
         T_base_object = checked_transform(T_base_object, "T_base_object")
         check_unique(model.grasps, model.name)
@@ -187,12 +194,22 @@ class GraspPlanner:
             )
         body = model.outer_body
         lying = ObjectBody(body.size, T_base_object, None, body.centre, frozenset(supports))
+        start = self.robot.home if start is None else start
+        surroundings, left = (scene or Scene()).with_object(lying), frozenset(leaving)
+        surroundings.check_names(left)
+        company = None
+        if left:
+            company = Company(
+                self.robot,
+                start,
+                tuple(box for box in surroundings.obstacles if box.name in left),
+                room=self.config.room,
+                body=body,
+                T_base_object=T_base_object,
+                T_base_camera=T_base_camera,
+            )
         attempt = Attempt(
-            self.robot,
-            self.config,
-            self.robot.home if start is None else start,
-            (scene or Scene()).with_object(lying),
-            frozenset(leaving),
+            self.robot, self.config, start, surroundings, leaving=left, company=company
         )
         verdicts: dict[str, GraspAssessment] = {}
         seconds = {"selection": 0.0, "motion": 0.0}
