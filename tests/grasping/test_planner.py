@@ -415,3 +415,32 @@ def test_the_way_past_what_moves_keeps_more_room(pr2, carton_model, before_pr2, 
     beside = RigidTransform.from_translation([-0.02, 0.0, 0.06])
     near = Obstacle("hand", (0.03, 0.03, 0.03), side_plan.T_base_pregrasp * beside)
     assert planner.plan_at(model, before_pr2, scene=Scene((near,)), leaving=("hand",))
+
+
+def test_a_grasp_close_to_a_person_is_moved_aside(pr2, carton_model, before_pr2):
+    model = with_grasps(carton_model, "bottom")
+    taught = model.grasps[0]
+    beside = taught.adapt(before_pr2) * RigidTransform.from_translation([-0.06, 0.0, 0.07])
+    scene = Scene((Obstacle("hand", (0.03, 0.03, 0.03), beside),))
+    there, aside = (
+        GraspPlanner(pr2, PlannerConfig(sidestep=step)).plan_at(
+            model, before_pr2, scene=scene, leaving=("hand",)
+        )
+        for step in (0.0, 0.015)
+    )
+    assert there
+    assert aside
+    assert_near(there.T_base_gripper, taught.adapt(before_pr2))
+    # Away from the hand, along the pads.
+    away = RigidTransform.from_translation([0.0, 0.0, -0.015])
+    assert_near(aside.T_base_gripper, taught.adapt(before_pr2) * away)
+    assert aside.grasp.name == "bottom"
+    check_paths(pr2, aside)
+    figures = [plan.assessments[0].figures for plan in (there, aside)]
+    assert figures[1]["room"] == pytest.approx(figures[0]["room"] + 0.015, abs=0.002)
+    assert "aside" not in figures[0]
+    assert figures[1]["aside"] == 0.015
+    # A thing on a shelf is gripped as it was taught.
+    shelf = GraspPlanner(pr2).plan_at(model, before_pr2, scene=scene)
+    assert shelf
+    assert_near(shelf.T_base_gripper, taught.adapt(before_pr2))
