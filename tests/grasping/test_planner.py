@@ -444,3 +444,23 @@ def test_a_grasp_close_to_a_person_is_moved_aside(pr2, carton_model, before_pr2)
     shelf = GraspPlanner(pr2).plan_at(model, before_pr2, scene=scene)
     assert shelf
     assert_near(shelf.T_base_gripper, taught.adapt(before_pr2))
+
+
+def test_a_little_less_lift_than_wanted_will_do(pr2, carton_model, before_pr2):
+    model = with_grasps(carton_model, "side")
+    top = before_pr2.apply(model.outer_body.corners)[:, 2].max()
+    middle = before_pr2.translation
+
+    def below(height):
+        place = [middle[0], middle[1], top + height + 0.01]
+        lid = Obstacle("lid", (0.1, 0.1, 0.02), RigidTransform.from_translation(place))
+        return GraspPlanner(pr2).plan_at(model, before_pr2, scene=Scene((lid,)))
+
+    lower = below(0.115)
+    assert lower
+    ends = [gripper_at(pr2, q).translation[2] for q in (lower.lift.start, lower.lift.end)]
+    assert 0.105 <= ends[1] - ends[0] < 0.115
+    check_paths(pr2, lower, lift=ends[1] - ends[0])
+    refused = below(0.10)
+    assert not refused
+    assert "cannot be lifted by 0.12 m" in refused.reasons["side"]

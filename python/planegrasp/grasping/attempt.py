@@ -13,7 +13,7 @@ from planegrasp.body import BoxBody
 from planegrasp.geometry import RigidTransform
 from planegrasp.grasping.clearance import extent_between_fingers
 from planegrasp.grasping.company import sidesteps
-from planegrasp.grasping.doubts import closing_sigma
+from planegrasp.grasping.doubts import doubt_between_fingers
 from planegrasp.grasping.plan import GraspAssessment
 from planegrasp.robot.collision import CollisionChecker, CollisionConfig
 from planegrasp.robot.collision_model import body_names
@@ -210,7 +210,10 @@ class Attempt:
             config=motion,
         )
         if isinstance(lift, MotionFailure):
-            return f"it cannot be lifted by {self._config.lift:g} m: {lift.reason}"
+            enough = self._config.least_lift / self._config.lift
+            if lift.path is None or lift.fraction < enough:
+                return f"it cannot be lifted by {self._config.lift:g} m: {lift.reason}"
+            lift = lift.path
         against = self._lifted_into(lift, closed)
         if against:
             return f"it cannot be lifted by {self._config.lift:g} m: object goes into {against}"
@@ -242,26 +245,8 @@ class Attempt:
         too_wide = grasp.why_too_wide(self._widest)
         if too_wide:
             return too_wide, 0.0
-        low, high = extent_between_fingers(grasp, body, self._config.gripper)
-        if low > high:
-            return "there is nothing of the object between the fingers", 0.0
-        figures["clearance"] = clearance = grasp.opening / 2 - max(high, -low)
-        if clearance < 0:
-            return (
-                f"the object does not fit between the fingers: {1000 * (high - low):.0f} mm "
-                f"in an opening of {1000 * grasp.opening:.0f} mm, and "
-                f"{1000 * abs(high + low) / 2:.0f} mm off its middle"
-            ), 0.0
-        if covariance is None:
-            return "", 1.0
-        figures["closing_sigma"] = sigma = closing_sigma(grasp, covariance)
-        fit = math.erf(clearance / (math.sqrt(2) * max(sigma, 1e-9)))
-        if fit < self._config.fit:
-            return (
-                f"the pose is too uncertain: {1000 * sigma:.1f} mm (one sigma) between fingers "
-                f"with {1000 * clearance:.1f} mm to spare"
-            ), fit
-        return "", fit
+        extent = extent_between_fingers(grasp, body, self._config.gripper)
+        return doubt_between_fingers(grasp, extent, covariance, self._config.fit, figures)
 
     def _lifted_into(self, lift: Path, opening: float) -> str:
         """The support that the held object gets deeper into as it rises; "" without."""

@@ -58,7 +58,8 @@ class PlannerConfig:
         sidestep: by how much a grasp that is close to a person's hand may be moved along the
             fingers' pads, away from it [m]; 0 keeps all as taught.
         close_margin: from what it must not touch, from there on, where it is slow [m].
-        lift: how far up the object is taken [m].
+        lift: how far up the object is taken [m],
+        least_lift: and how far at least, where the arm or something above ends its way [m].
         gripper: shape of fingers and palm, for the width of the object between them.
         inverse: search for postures.
         thorough: the same again, for grasps of which no posture has a way.
@@ -76,6 +77,7 @@ class PlannerConfig:
     sidestep: float = 0.015
     close_margin: float = 0.001
     lift: float = 0.12
+    least_lift: float = 0.105
     gripper: GripperShape = field(default_factory=GripperShape)
     inverse: IKConfig = field(default_factory=IKConfig)
     thorough: IKConfig = field(default_factory=lambda: IKConfig(solutions=16, starts=40))
