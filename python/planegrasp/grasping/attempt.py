@@ -115,15 +115,24 @@ class Attempt:
         if not result:
             return _refused(grasp, result.reason, figures, hopeless=True)
         reason = ""
-        candidates = []
+        candidates: list[Candidate] = []
+        crowded = []
         closed = _closed(grasp, model.outer_body, self._config.gripper)
         for solution in result.solutions:
             contact = self._touched_while_closing(solution.q, grasp.opening, closed)
             if contact is not None:
                 reason = reason or f"in collision: {contact}"
+                if contact.second in self._leaving:
+                    crowded.append(solution.q)
                 continue
             candidates.append(self._candidate(grasp, solution, fit, figures))
-        candidates += self._aside(candidates, model.outer_body, T_base_object, closed)
+            if candidates[-1].assessment.figures.get("room", math.inf) < _CLOSE:
+                crowded.append(solution.q)
+        step, gripper = self._config.sidestep, self._config.gripper
+        for aside in sidesteps(grasp, model.outer_body, gripper, step):
+            candidates += self._aside(
+                aside, crowded, T_base_object, closed=closed, fit=fit, figures=figures
+            )
         if not candidates:
             return _refused(grasp, reason, figures)
         best = max((c.assessment for c in candidates), key=lambda verdict: verdict.score)
@@ -142,24 +151,21 @@ class Attempt:
 
     def _aside(
         self,
-        candidates: list[Candidate],
-        body: BoxBody,
+        grasp: CanonicalGrasp,
+        crowded: list[Float64Array],
         T_base_object: RigidTransform,
+        *,
         closed: float,
+        fit: float,
+        figures: dict[str, float],
     ) -> list[Candidate]:
-        """The better ones of the same grasps a little aside, in about the same postures."""
-        config, found = self._config, list[Candidate]()
-        crowded = [c for c in candidates if c.assessment.figures.get("room", config.room) < _CLOSE]
-        for candidate in crowded:
-            for grasp in sidesteps(candidate.grasp, body, config.gripper, config.sidestep):
-                there = self._kinematics.inverse_near(grasp.adapt(T_base_object), candidate.q)
-                figures = dict(candidate.assessment.figures)
-                fit = self._doubt(grasp, body, None, figures)[1]
-                if not (there and fit):
-                    continue
-                if self._touched_while_closing(there.q, grasp.opening, closed) is None:
-                    figures["aside"] = config.sidestep
-                    found.append(self._candidate(grasp, there.solutions[0], fit, figures))
+        """Of a grasp that was moved aside, postures near those in which there is little room."""
+        found = []
+        for q in crowded:
+            there = self._kinematics.inverse_near(grasp.adapt(T_base_object), q)
+            if there and self._touched_while_closing(there.q, grasp.opening, closed) is None:
+                moved = {**figures, "aside": self._config.sidestep}
+                found.append(self._candidate(grasp, there.solutions[0], fit, moved))
         return found
 
     def _touched_while_closing(
