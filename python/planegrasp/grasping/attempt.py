@@ -115,9 +115,9 @@ class Attempt:
         if not result:
             return _refused(grasp, result.reason, figures, hopeless=True)
         reason = ""
-        candidates: list[Candidate] = []
-        crowded = []
-        closed = _closed(grasp, model.outer_body, self._config.gripper)
+        candidates, crowded = [], []
+        step, gripper = self._config.sidestep, self._config.gripper
+        closed = _closed(grasp, model.outer_body, gripper)
         for solution in result.solutions:
             contact = self._touched_while_closing(solution.q, grasp.opening, closed)
             if contact is not None:
@@ -128,7 +128,6 @@ class Attempt:
             candidates.append(self._candidate(grasp, solution, fit, figures))
             if candidates[-1].assessment.figures.get("room", math.inf) < _CLOSE:
                 crowded.append(solution.q)
-        step, gripper = self._config.sidestep, self._config.gripper
         for aside in sidesteps(grasp, model.outer_body, gripper, step):
             candidates += self._aside(
                 aside, crowded, T_base_object, closed=closed, fit=fit, figures=figures
