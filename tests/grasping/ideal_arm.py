@@ -19,6 +19,7 @@ class IdealArm:
         grips: what the gripper was told, (opening, force) each.
         stuck_from: time from which the arm does not move any more.
         slippery_from: time from which the fingers press on nothing.
+        flicker: the fingers press on nothing for a period out of every so long [s]; never where 0.
         leap: the clock goes on by so much more in each period [s].
     """
 
@@ -26,7 +27,7 @@ class IdealArm:
         self.robot, self.state, self.time = robot, state, 0.0
         self.commands, self.given, self.grips = [robot.arm(state)], [0.0], []
         self.stuck_from = self.slippery_from = np.inf
-        self.leap = 0.0
+        self.leap = self.flicker = 0.0
         self._pose_of_object, self._grasp = pose_of_object, grasp
         self._holding = False
 
@@ -37,6 +38,8 @@ class IdealArm:
     @property
     def is_gripping(self):
         if self.grips[-1][0] > 0 or self.time >= self.slippery_from:
+            return False
+        if self.flicker and self.time % self.flicker < 0.019:
             return False
         # From when it has closed around the object on, the object goes with the gripper.
         wanted = self._grasp.adapt(self._pose_of_object(self.time))

@@ -159,6 +159,21 @@ def test_what_is_seen_goes_on_behind():
     assert distance(behind, seen([block], thickness=0.0)).max() > 0.04 * np.cos(0.3) - 0.025
 
 
+def test_what_leaves_the_image_goes_on_beyond_it():
+    # An arm from the object's lower edge down; at this distance the image ends 0.41 m below.
+    arm = ((0.05, 0.05, 0.5), AT((0.9, 0.0, 1.0 - 0.105 - 0.25)))
+    ends = np.array([[0.88, 0.0, 0.5]])
+    assert distance(ends, seen([arm])).max() < 1e-6
+    assert distance(ends, seen([arm], beyond=0.0)).max() > 0.05
+    # What ends within the image ends there.
+    short = ((0.05, 0.05, 0.2), AT((0.9, 0.0, 1.0 - 0.105 - 0.1)))
+    below = np.array([[0.88, 0.0, 0.65]])
+    assert distance(below, seen([short])).max() > 0.02
+    # It holds the object as what is seen of it does.
+    boxes = seen([arm])
+    assert set(holding(boxes, T_BASE_OBJECT, BODY)) == {box.name for box in boxes}
+
+
 def test_names_are_different_and_boxes_few():
     rng = np.random.default_rng(0)
     rubble = [

@@ -14,7 +14,7 @@ from planegrasp.grasping import CanonicalGrasp
 from planegrasp.grasping.obstacles import holding
 from planegrasp.grasping.planner import GraspPlanner, PlannerConfig
 from planegrasp.robot import Robot
-from planegrasp.robot.collision import CollisionChecker
+from planegrasp.robot.collision import CollisionChecker, CollisionConfig
 from planegrasp.robot.scene import ObjectBody, Obstacle, Scene
 
 # What inverse kinematics may be off.
@@ -371,3 +371,96 @@ def test_what_leaves_with_the_grip_is_not_in_the_way_of_the_lift(
     check_paths(pr2, leaves)
     with pytest.raises(InvalidInputError, match="no obstacle is called foot"):
         planner.plan_at(model, before_pr2, scene=scene, leaving=("foot",))
+
+
+def test_the_grasp_with_more_room_to_a_person_is_preferred(pr2, carton_model, before_pr2):
+    planner = GraspPlanner(pr2, PlannerConfig(sidestep=0.0))
+    before = planner.plan_at(carton_model, before_pr2)
+    assert before
+    # A hand that is nearly where the gripper would be, and moves.
+    beside = before.T_base_gripper * RigidTransform.from_translation([-0.06, 0.0, 0.07])
+    hand = Obstacle("hand", (0.03, 0.03, 0.03), beside)
+    scene = Scene((hand,))
+    stays = planner.plan_at(carton_model, before_pr2, scene=scene)
+    assert stays
+    assert stays.grasp.name == before.grasp.name
+    assert "room" not in stays.assessments[0].figures
+    moves = planner.plan_at(carton_model, before_pr2, scene=scene, leaving=("hand",))
+    assert moves
+    assert moves.grasp.name != before.grasp.name
+    room = {a.grasp: a.figures["room"] for a in moves.assessments if a.accepted}
+    assert room[before.grasp.name] < 0.03
+    assert room[moves.grasp.name] > 0.06
+    # It is preferred, not demanded.
+    only = with_grasps(carton_model, before.grasp.name)
+    assert planner.plan_at(only, before_pr2, scene=scene, leaving=("hand",))
+
+
+def test_the_way_past_what_moves_keeps_more_room(pr2, carton_model, before_pr2, side_plan):
+    model = with_grasps(carton_model, "side")
+    # Above the gripper in the middle of the way that it would take.
+    middle = gripper_at(pr2, side_plan.move.q[len(side_plan.move.q) // 2])
+    above = RigidTransform.from_translation(middle.translation + np.array([0.0, 0.0, 0.06]))
+    hand = Obstacle("hand", (0.03, 0.03, 0.03), above)
+    wide = CollisionChecker(pr2, Scene((hand,)), config=CollisionConfig(margin=0.0299))
+
+    def is_roomy(plan):
+        assert plan
+        return all(wide.check(q, plan.opening) is None for q in plan.move.q)
+
+    planner, scene = GraspPlanner(pr2), Scene((hand,))
+    assert not is_roomy(planner.plan_at(model, before_pr2, scene=scene))
+    assert is_roomy(planner.plan_at(model, before_pr2, scene=scene, leaving=("hand",)))
+    # Where the pre-grasp itself is nearer, the usual margin does.
+    beside = RigidTransform.from_translation([-0.02, 0.0, 0.06])
+    near = Obstacle("hand", (0.03, 0.03, 0.03), side_plan.T_base_pregrasp * beside)
+    assert planner.plan_at(model, before_pr2, scene=Scene((near,)), leaving=("hand",))
+
+
+def test_a_grasp_close_to_a_person_is_moved_aside(pr2, carton_model, before_pr2):
+    model = with_grasps(carton_model, "bottom")
+    taught = model.grasps[0]
+    beside = taught.adapt(before_pr2) * RigidTransform.from_translation([-0.06, 0.0, 0.07])
+    scene = Scene((Obstacle("hand", (0.03, 0.03, 0.03), beside),))
+    there, aside = (
+        GraspPlanner(pr2, PlannerConfig(sidestep=step)).plan_at(
+            model, before_pr2, scene=scene, leaving=("hand",)
+        )
+        for step in (0.0, 0.015)
+    )
+    assert there
+    assert aside
+    assert_near(there.T_base_gripper, taught.adapt(before_pr2))
+    # Away from the hand, along the pads.
+    away = RigidTransform.from_translation([0.0, 0.0, -0.015])
+    assert_near(aside.T_base_gripper, taught.adapt(before_pr2) * away)
+    assert aside.grasp.name == "bottom"
+    check_paths(pr2, aside)
+    figures = [plan.assessments[0].figures for plan in (there, aside)]
+    assert figures[1]["room"] == pytest.approx(figures[0]["room"] + 0.015, abs=0.002)
+    assert "aside" not in figures[0]
+    assert figures[1]["aside"] == 0.015
+    # A thing on a shelf is gripped as it was taught.
+    shelf = GraspPlanner(pr2).plan_at(model, before_pr2, scene=scene)
+    assert shelf
+    assert_near(shelf.T_base_gripper, taught.adapt(before_pr2))
+
+
+def test_a_little_less_lift_than_wanted_will_do(pr2, carton_model, before_pr2):
+    model = with_grasps(carton_model, "side")
+    top = before_pr2.apply(model.outer_body.corners)[:, 2].max()
+    middle = before_pr2.translation
+
+    def below(height):
+        place = [middle[0], middle[1], top + height + 0.01]
+        lid = Obstacle("lid", (0.1, 0.1, 0.02), RigidTransform.from_translation(place))
+        return GraspPlanner(pr2).plan_at(model, before_pr2, scene=Scene((lid,)))
+
+    lower = below(0.115)
+    assert lower
+    ends = [gripper_at(pr2, q).translation[2] for q in (lower.lift.start, lower.lift.end)]
+    assert 0.105 <= ends[1] - ends[0] < 0.115
+    check_paths(pr2, lower, lift=ends[1] - ends[0])
+    refused = below(0.10)
+    assert not refused
+    assert "cannot be lifted by 0.12 m" in refused.reasons["side"]

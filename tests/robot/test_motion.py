@@ -132,7 +132,15 @@ def test_it_gives_up_when_time_is_up(pr2, checker, over_the_table):
     config = MotionConfig(time_limit=1e-6)
     result = plan_path(checker, pr2.arm(pr2.home), over_the_table, config=config)
     assert isinstance(result, MotionFailure)
-    assert result.reason == "no path found within 1e-06 s"
+    assert result.reason == "no path found within 1e-06 s and 20000 postures each"
+
+
+def test_it_gives_up_after_a_number_of_postures(pr2, checker, over_the_table):
+    start, few = pr2.arm(pr2.home), MotionConfig(most_checks=3)
+    result = plan_path(checker, start, over_the_table, config=few)
+    assert isinstance(result, MotionFailure)
+    assert result.reason == "no path found within 3 s and 3 postures each"
+    assert plan_path(checker, start, over_the_table)
 
 
 def test_a_straight_line_is_straight_and_turns_evenly(pr2, pr2_arm, over_the_table):

@@ -5,6 +5,7 @@ import pytest
 from worlds import BEFORE_PR2, CAMERA
 
 from planegrasp.detector import Detector
+from planegrasp.grasping.obstacles import ObstacleConfig
 from planegrasp.robot import CollisionChecker
 from planegrasp.simulation.driver import SimulatedEyes
 from planegrasp.simulation.supports import Hand, Tripod
@@ -12,12 +13,12 @@ from planegrasp.simulation.surroundings import floor_obstacle, surroundings
 from planegrasp.simulation.world import World
 
 
-def told(pr2, box, support):
+def told(pr2, box, support, config=None):
     world = World(pr2, box, BEFORE_PR2, support)
     world.reset(pr2.look_at(BEFORE_PR2.translation))
     eyes = SimulatedEyes(world, world.camera(CAMERA), Detector([box]), np.random.default_rng(0))
     assert eyes.detect() is not None
-    return world, *surroundings(world, eyes, world.T_base_object)
+    return world, *surroundings(world, eyes, world.T_base_object, config)
 
 
 def geoms_near(world, obstacles, reach):
@@ -42,7 +43,10 @@ def test_a_hand_is_seen_and_holds(pr2, box):
     assert {obstacle.name for obstacle in scene.obstacles} - {o.name for o in seen} == {"floor"}
     # All that is near the object belongs to the hand: its forearm is 0.28 m long.
     assert set(supports) == {obstacle.name for obstacle in seen}
-    assert geoms_near(world, seen, 0.2).all()
+    beyond = ObstacleConfig().beyond
+    assert geoms_near(world, seen, 0.2 + beyond).all()
+    in_image = told(pr2, box, Hand("left"), ObstacleConfig(beyond=0.0))[1].obstacles[:-1]
+    assert geoms_near(world, in_image, 0.2).all()
     # The robot stands free, its arm in the image.
     checker = CollisionChecker(pr2, scene, state=world.robot_state)
     assert checker.check(pr2.arm(world.robot_state)) is None

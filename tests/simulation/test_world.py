@@ -241,3 +241,22 @@ def test_unknown_names_are_refused(gripper, box):
         world.contacts("robot", "table")
     with pytest.raises(InvalidInputError, match="has no actuator 'wheel'"):
         world.control({"wheel": 1.0})
+
+
+def test_a_hand_does_not_go_into_the_robot(pr2, box):
+    world = World(pr2, box, BEFORE_PR2, Hand("bottom"))
+    here = world.data.mocap_pos[0].copy()
+    room = world.clearance("robot", "support")
+    away = BEFORE_PR2.translation * [1, 1, 0]
+    to_robot = -away / np.linalg.norm(away)
+
+    def may_go(distance, kept):
+        goal = RigidTransform.from_translation(distance * to_robot) * BEFORE_PR2
+        return world.may_move_support(goal, kept)
+
+    assert may_go(-0.1, 10.0)
+    assert may_go(0.05, room - 0.051)
+    assert not may_go(np.linalg.norm(away), 0.05)
+    # It has not moved.
+    np.testing.assert_array_equal(world.data.mocap_pos[0], here)
+    assert world.clearance("robot", "support") == room

@@ -12,7 +12,8 @@ import numpy as np
 from planegrasp.body import BoxBody
 from planegrasp.geometry import RigidTransform
 from planegrasp.grasping.clearance import extent_between_fingers
-from planegrasp.grasping.doubts import closing_sigma
+from planegrasp.grasping.company import sidesteps
+from planegrasp.grasping.doubts import doubt_between_fingers
 from planegrasp.grasping.plan import GraspAssessment
 from planegrasp.robot.collision import CollisionChecker, CollisionConfig
 from planegrasp.robot.collision_model import body_names
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
     from planegrasp.grasping.canonical import CanonicalGrasp
     from planegrasp.grasping.clearance import GripperShape
+    from planegrasp.grasping.company import Company
     from planegrasp.grasping.planner import PlannerConfig
     from planegrasp.objects import ObjectModel
     from planegrasp.robot.collision import Contact
@@ -42,6 +44,8 @@ __all__ = ["Attempt", "Candidate", "Judged"]
 _RESTING = 0.003
 # Openings that are checked between open and closed.
 _CLOSING = 4
+# With less room to a person, a grasp is tried a little aside, too [m].
+_CLOSE = 0.03
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,19 +74,20 @@ class Attempt:
         config: PlannerConfig,
         start: RobotState,
         scene: Scene,
-        leaving: frozenset[str],
+        *,
+        leaving: frozenset[str] = frozenset(),
+        company: Company | None = None,
     ) -> None:
         self._config, self._robot, self._state = config, robot, start
         self._widest = robot.gripper.max_opening if robot.gripper is not None else 0.0
         self._start = robot.arm(start)
         self._kinematics = Kinematics(robot, start, config.inverse)
-        close = CollisionConfig(margin=config.close_margin)
-        self._checker = CollisionChecker(robot, scene, state=start, config=close)
         self._scene = scene
+        self._checker = self._checks(config.close_margin)
         self._lying = scene.object
         scene.check_names(leaving)
         movers = (*body_names(robot.model), OBJECT)
-        self._leaving = leaving
+        self._leaving, self._company = leaving, company
         self._gone = frozenset(frozenset((mover, name)) for mover in movers for name in leaving)
 
     def judge(
@@ -110,24 +115,57 @@ class Attempt:
         if not result:
             return _refused(grasp, result.reason, figures, hopeless=True)
         reason = ""
-        candidates = []
-        closed = _closed(grasp, model.outer_body, self._config.gripper)
+        candidates, crowded = [], []
+        step, gripper = self._config.sidestep, self._config.gripper
+        closed = _closed(grasp, model.outer_body, gripper)
         for solution in result.solutions:
             contact = self._touched_while_closing(solution.q, grasp.opening, closed)
             if contact is not None:
                 reason = reason or f"in collision: {contact}"
+                if contact.second in self._leaving:
+                    crowded.append(solution.q)
                 continue
             candidates.append(self._candidate(grasp, solution, fit, figures))
+            if candidates[-1].assessment.figures.get("room", math.inf) < _CLOSE:
+                crowded.append(solution.q)
+        for aside in sidesteps(grasp, model.outer_body, gripper, step):
+            candidates += self._aside(
+                aside, crowded, T_base_object, closed=closed, fit=fit, figures=figures
+            )
         if not candidates:
             return _refused(grasp, reason, figures)
-        best = max(candidates, key=lambda c: c.assessment.score)
-        return Judged(best.assessment, tuple(candidates))
+        best = max((c.assessment for c in candidates), key=lambda verdict: verdict.score)
+        return Judged(best, tuple(candidates))
+
+    def _checks(self, margin: float) -> CollisionChecker:
+        config = CollisionConfig(margin=margin)
+        return CollisionChecker(self._robot, self._scene, state=self._state, config=config)
 
     @cached_property
-    def _free(self) -> CollisionChecker:
-        """With the margin of fast motion."""
-        room = CollisionConfig(margin=self._config.margin)
-        return CollisionChecker(self._robot, self._scene, state=self._state, config=room)
+    def _movers(self) -> tuple[CollisionChecker, ...]:
+        """With the margin of fast motion; first with that near what moves, where something does."""
+        margin = self._config.margin
+        wider = max(margin, self._config.moving_margin)
+        return tuple(map(self._checks, (wider, margin) if self._leaving else (margin,)))
+
+    def _aside(
+        self,
+        grasp: CanonicalGrasp,
+        crowded: list[Float64Array],
+        T_base_object: RigidTransform,
+        *,
+        closed: float,
+        fit: float,
+        figures: dict[str, float],
+    ) -> list[Candidate]:
+        """Of a grasp that was moved aside, postures near those in which there is little room."""
+        found = []
+        for q in crowded:
+            there = self._kinematics.inverse_near(grasp.adapt(T_base_object), q)
+            if there and self._touched_while_closing(there.q, grasp.opening, closed) is None:
+                moved = {**figures, "aside": self._config.sidestep}
+                found.append(self._candidate(grasp, there.solutions[0], fit, moved))
+        return found
 
     def _touched_while_closing(
         self, q: Float64Array, opening: float, closed: float
@@ -177,23 +215,29 @@ class Attempt:
             config=motion,
         )
         if isinstance(lift, MotionFailure):
-            return f"it cannot be lifted by {self._config.lift:g} m: {lift.reason}"
+            enough = self._config.least_lift / self._config.lift
+            if lift.path is None or lift.fraction < enough:
+                return f"it cannot be lifted by {self._config.lift:g} m: {lift.reason}"
+            lift = lift.path
         against = self._lifted_into(lift, closed)
         if against:
             return f"it cannot be lifted by {self._config.lift:g} m: object goes into {against}"
-        move = plan_path(
-            self._free,
-            self._start,
-            back.end,
-            opening=opening,
-            seed=self._config.seed,
-            config=motion,
-        )
+        move = self._move(back.end, opening)
         if isinstance(move, MotionFailure):
             return f"no way to its pre-grasp: {move.reason}"
         # Joints without limits may have come to the pre-grasp by other turns than they left it.
         turns = move.end - back.end
         return move, Path(back.reversed().q + turns), Path(lift.q + turns)
+
+    def _move(self, q: Float64Array, opening: float) -> Path | MotionFailure:
+        """A free path to a pre-grasp; past what moves with more room where there is any."""
+        found: Path | MotionFailure = MotionFailure("")
+        seed, motion = self._config.seed, self._config.motion
+        for checker in self._movers:
+            found = plan_path(checker, self._start, q, opening=opening, seed=seed, config=motion)
+            if found:
+                break
+        return found
 
     def _doubt(
         self,
@@ -206,26 +250,8 @@ class Attempt:
         too_wide = grasp.why_too_wide(self._widest)
         if too_wide:
             return too_wide, 0.0
-        low, high = extent_between_fingers(grasp, body, self._config.gripper)
-        if low > high:
-            return "there is nothing of the object between the fingers", 0.0
-        figures["clearance"] = clearance = grasp.opening / 2 - max(high, -low)
-        if clearance < 0:
-            return (
-                f"the object does not fit between the fingers: {1000 * (high - low):.0f} mm "
-                f"in an opening of {1000 * grasp.opening:.0f} mm, and "
-                f"{1000 * abs(high + low) / 2:.0f} mm off its middle"
-            ), 0.0
-        if covariance is None:
-            return "", 1.0
-        figures["closing_sigma"] = sigma = closing_sigma(grasp, covariance)
-        fit = math.erf(clearance / (math.sqrt(2) * max(sigma, 1e-9)))
-        if fit < self._config.fit:
-            return (
-                f"the pose is too uncertain: {1000 * sigma:.1f} mm (one sigma) between fingers "
-                f"with {1000 * clearance:.1f} mm to spare"
-            ), fit
-        return "", fit
+        extent = extent_between_fingers(grasp, body, self._config.gripper)
+        return doubt_between_fingers(grasp, extent, covariance, self._config.fit, figures)
 
     def _lifted_into(self, lift: Path, opening: float) -> str:
         """The support that the held object gets deeper into as it rises; "" without."""
@@ -242,6 +268,9 @@ class Attempt:
     ) -> Candidate:
         manipulability = self._kinematics.manipulability(solution.q)
         score = _score(solution, manipulability, fit)
+        if self._company is not None:
+            figures = {**figures, **self._company.figures(solution.q, grasp.opening)}
+            score *= self._company.share(figures)
         figures = {
             **figures,
             "limit_margin": solution.limit_margin,

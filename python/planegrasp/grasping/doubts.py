@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     Float64Array = NDArray[np.float64]
 
-__all__ = ["closing_sigma", "doubt", "doubt_covariance"]
+__all__ = ["closing_sigma", "doubt", "doubt_between_fingers", "doubt_covariance"]
 
 
 def doubt(
@@ -61,6 +61,45 @@ def doubt_covariance(
             f"{math.degrees(rotation_sigma):.1f}° are accepted"
         )
     return ""
+
+
+def doubt_between_fingers(
+    grasp: CanonicalGrasp,
+    extent: tuple[float, float],
+    covariance: Float64Array | None,
+    least: float,
+    figures: dict[str, float],
+) -> tuple[str, float]:
+    """Why the object would not be between the open fingers, and the probability that it is.
+
+    Args:
+        grasp: canonical.
+        extent: of the object along the gripper's y where the fingers close [m], see
+            `extent_between_fingers`.
+        covariance: 6×6 of (translation, rotation vector) in the object's frame; None is exact.
+        least: probability.
+        figures: to which `clearance` and `closing_sigma` [m] are added.
+    """
+    low, high = extent
+    if low > high:
+        return "there is nothing of the object between the fingers", 0.0
+    figures["clearance"] = clearance = grasp.opening / 2 - max(high, -low)
+    if clearance < 0:
+        return (
+            f"the object does not fit between the fingers: {1000 * (high - low):.0f} mm "
+            f"in an opening of {1000 * grasp.opening:.0f} mm, and "
+            f"{1000 * abs(high + low) / 2:.0f} mm off its middle"
+        ), 0.0
+    if covariance is None:
+        return "", 1.0
+    figures["closing_sigma"] = sigma = closing_sigma(grasp, covariance)
+    fit = math.erf(clearance / (math.sqrt(2) * max(sigma, 1e-9)))
+    if fit < least:
+        return (
+            f"the pose is too uncertain: {1000 * sigma:.1f} mm (one sigma) between fingers "
+            f"with {1000 * clearance:.1f} mm to spare"
+        ), fit
+    return "", fit
 
 
 def closing_sigma(grasp: CanonicalGrasp, covariance: Float64Array) -> float:

@@ -1,11 +1,11 @@
 """Carry out a grasp plan: move there, reach, close, lift; follow an object that moves.
 
 An object that stands still is reached along the planned paths, each point of which was checked. One
-that moves is followed: the planned motion leads to where its pre-grasp was, from there the
-gripper is servoed to where the object is by now, a little nearer in every period. Each step of both
-is checked for collisions with the object where it is by then: the planned motion ends before it,
-the servo stops. Whatever goes wrong, the arm stops, opens the gripper and goes back the way it
-came.
+that moves is followed (`pursuit`): the planned motion leads to where its pre-grasp was, or another
+way does where the object has come into the way; from there the gripper is servoed to where it is by
+now, a little nearer in every period. Each step of both is checked for collisions with the object,
+and with what moves along with it, where they are by then. Whatever goes wrong, the arm stops, opens
+the gripper and goes back the way it came.
 """
 
 from __future__ import annotations
@@ -17,9 +17,11 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from planegrasp.errors import InvalidInputError
+from planegrasp.grasping.driving import StoppedError
 from planegrasp.grasping.target import MovingTarget
-from planegrasp.grasping.way import StoppedError, Way
+from planegrasp.grasping.way import Way
 from planegrasp.pose_filter import PoseFilterConfig
+from planegrasp.robot.motion import MotionConfig
 from planegrasp.robot.scene import Scene
 
 if TYPE_CHECKING:
@@ -56,8 +58,13 @@ class ExecutorConfig:
         lost_sigma: so is one whose predicted position is more uncertain than this [m].
         margin: kept from obstacles and the object in steps after a moving one [m]; less than what
             was planned with, since its pose differs a little from frame to frame.
+        room: from what moves, where there is so much; half of it may be used up by its motion [m].
+        lookahead: how long before the arm gets near to what moves it stops [s].
+        back_speed: of the gripper on its way back to where there is room [m/s].
+        thinking: time that finding another way takes, during which the arm stands still [s].
+        paths: search for another way.
         blind: the last part of the way is done without seeing: the hand is in front [m].
-        patience: for catching up with a moving object [s].
+        patience: for coming before a moving object, and for catching up with it from there [s].
         closing: longest time to close [s].
         settle: how long the fingers must press before the object is lifted: who holds it has to
             notice, and to let go [s].
@@ -76,6 +83,11 @@ class ExecutorConfig:
     lost_after: float = 0.7
     lost_sigma: float = 0.02
     margin: float = 0.002
+    room: float = 0.03
+    lookahead: float = 0.2
+    back_speed: float = 0.2
+    thinking: float = 0.3
+    paths: MotionConfig = field(default_factory=MotionConfig)
     blind: float = 0.03
     patience: float = 12.0
     closing: float = 2.0
@@ -88,7 +100,7 @@ class ExecutorConfig:
             value = getattr(self, name)
             if isinstance(value, float) and not (math.isfinite(value) and value >= 0):
                 raise InvalidInputError(f"{name} must be ≥ 0 and finite, got {value}")
-        for name in ("period", "speed", "acceleration", "reach_speed", "lift_speed"):
+        for name in ("period", "speed", "acceleration", "reach_speed", "lift_speed", "back_speed"):
             if getattr(self, name) == 0:
                 raise InvalidInputError(f"{name} must be > 0, got 0")
         if self.speed > 1:

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from planegrasp.body import BoxBody
+    from planegrasp.geometry import PinholeCamera
     from planegrasp.rgbd import RGBDFrame
     from planegrasp.robot.model import Robot
     from planegrasp.robot.state import RobotState
@@ -58,6 +59,9 @@ class ObstacleConfig:
             measured in a cell for it to be more than noise,
         fewest: but no fewer than these.
         thickness: what is seen goes on behind its surface by this [m].
+        edge: what is seen within so many pixels of the image's edge goes on beyond it, away from
+            the object: an arm that holds it does [px],
+        beyond: by so much, within the radius [m].
         most: boxes, at least 26; where there are more, larger cells are joined.
 
     Raises:
@@ -73,6 +77,8 @@ class ObstacleConfig:
     share: float = 0.08
     fewest: int = 8
     thickness: float = 0.05
+    edge: int = 8
+    beyond: float = 0.25
     most: int = 80
 
     def __post_init__(self) -> None:
@@ -122,6 +128,7 @@ def obstacles_from_depth(
         in_base = np.asarray(T_base_camera.apply(points))
         points = points[~_on_robot(in_base, robot, state, config.robot_margin)]
     points = _without_noise(points, frame.camera.fx, T_camera_object, body, config)
+    points = np.concatenate([points, _out_of_view(points, frame.camera, middle, config)])
     solid = np.asarray(T_camera_object.inv().apply(_thick(points, config)))
     solid = solid[~_inside(solid, body, 0.0)]
     if not len(solid):
@@ -241,6 +248,21 @@ def _without_noise(
     counts = np.bincount(cells, minlength=1)[cells]
     pixels = (config.cell * focal_length / points[:, 2]) ** 2
     return points[counts >= np.maximum(config.share * pixels, config.fewest)]
+
+
+def _out_of_view(
+    points: Points, camera: PinholeCamera, middle: Points, config: ObstacleConfig
+) -> Points:
+    """What of the points (camera frame) at the image's edge goes on beyond it, as more points."""
+    pixels = camera.project(points)
+    inside = np.minimum(pixels, (camera.width - 1, camera.height - 1) - pixels).min(axis=1)
+    last = points[inside < config.edge]
+    away = last - middle
+    away /= np.linalg.norm(away, axis=1, keepdims=True)
+    steps = math.ceil(config.beyond / (config.cell / 2))
+    ways = np.linspace(0.0, config.beyond, steps + 1)[1:]
+    further = np.concatenate([np.empty((0, 3)), *(last + way * away for way in ways)])
+    return np.asarray(further[np.linalg.norm(further - middle, axis=1) <= config.radius])
 
 
 def _thick(points: Points, config: ObstacleConfig) -> Points:

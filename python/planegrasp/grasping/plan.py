@@ -29,7 +29,9 @@ class GraspAssessment:
         score: 0 … 1 of an accepted grasp, larger is better.
         figures: the numbers by name, as far as it got: `position_error` [m] and `rotation_error`
             [rad] of the arm, `limit_margin` (0 … 1), `manipulability`, `clearance` [m] between an
-            open finger and the object, `closing_sigma` [m] of the object between the fingers.
+            open finger and the object, `closing_sigma` [m] of the object between the fingers,
+            `room` [m] to what holds it and moves, `visible` (0 … 1) of it for the camera then,
+            `aside` [m] of where it was taught.
         hopeless: whether no other posture of the arm could change the verdict: no posture holds the
             object so, or the object would not be between the fingers.
     """
@@ -48,7 +50,7 @@ class GraspPlan:
 
     Attributes:
         name: of the object.
-        grasp: the canonical grasp that was chosen.
+        grasp: the canonical grasp that was chosen; beside a person a little aside, it may be.
         T_base_object: where the object is.
         T_base_gripper: the grasp adapted to it (paper, eq. 11).
         T_base_pregrasp: the same, moved back along the approach.

@@ -18,6 +18,7 @@ from planegrasp.geometry import RigidTransform, checked_transform
 from planegrasp.grasping.attempt import Attempt, Candidate
 from planegrasp.grasping.canonical import check_unique
 from planegrasp.grasping.clearance import GripperShape
+from planegrasp.grasping.company import Company
 from planegrasp.grasping.doubts import doubt
 from planegrasp.grasping.plan import GraspAssessment, GraspPlan, GraspRefusal
 from planegrasp.robot.ik import IKConfig
@@ -51,8 +52,14 @@ class PlannerConfig:
         need_depth: refuse poses that no depth took part in.
         fit: least probability that the object lies between the open fingers.
         margin: that the robot keeps from everything on its way to the pre-grasp [m].
+        moving_margin: the same where what holds the object moves, if there is such a way [m].
+        room: distance from what holds the object, and moves, from which on a grasp is none the
+            better for more [m].
+        sidestep: by how much a grasp that is close to a person's hand may be moved along the
+            fingers' pads, away from it [m]; 0 keeps all as taught.
         close_margin: from what it must not touch, from there on, where it is slow [m].
-        lift: how far up the object is taken [m].
+        lift: how far up the object is taken [m],
+        least_lift: and how far at least, where the arm or something above ends its way [m].
         gripper: shape of fingers and palm, for the width of the object between them.
         inverse: search for postures.
         thorough: the same again, for grasps of which no posture has a way.
@@ -65,8 +72,12 @@ class PlannerConfig:
     need_depth: bool = True
     fit: float = 0.7
     margin: float = 0.005
+    moving_margin: float = 0.03
+    room: float = 0.10
+    sidestep: float = 0.015
     close_margin: float = 0.001
     lift: float = 0.12
+    least_lift: float = 0.105
     gripper: GripperShape = field(default_factory=GripperShape)
     inverse: IKConfig = field(default_factory=IKConfig)
     thorough: IKConfig = field(default_factory=lambda: IKConfig(solutions=16, starts=40))
@@ -74,7 +85,7 @@ class PlannerConfig:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        for name in ("translation_sigma", "rotation_sigma", "lift"):
+        for name in ("translation_sigma", "rotation_sigma", "lift", "room"):
             if not getattr(self, name) > 0:
                 raise InvalidInputError(f"{name} must be > 0, got {getattr(self, name)}")
         if self.seed < 0:
@@ -150,6 +161,7 @@ class GraspPlanner:
             start=start,
             supports=supports,
             leaving=leaving,
+            T_base_camera=T_base_camera,
         )
 
     def plan_at(
@@ -162,6 +174,7 @@ class GraspPlanner:
         start: RobotState | None = None,
         supports: Iterable[str] = (),
         leaving: Iterable[str] = (),
+        T_base_camera: RigidTransform | None = None,
     ) -> GraspPlan | GraspRefusal:
         """Plan to grasp an object whose pose is known; see `plan` for the other arguments.
 
@@ -173,6 +186,7 @@ class GraspPlanner:
             start: see `plan`.
             supports: see `plan`.
             leaving: see `plan`.
+            T_base_camera: from where the object is watched, if it moves.
         """
         T_base_object = checked_transform(T_base_object, "T_base_object")
         check_unique(model.grasps, model.name)
@@ -182,12 +196,22 @@ class GraspPlanner:
             )
         body = model.outer_body
         lying = ObjectBody(body.size, T_base_object, None, body.centre, frozenset(supports))
+        start = self.robot.home if start is None else start
+        surroundings, left = (scene or Scene()).with_object(lying), frozenset(leaving)
+        surroundings.check_names(left)
+        company = None
+        if left:
+            company = Company(
+                self.robot,
+                start,
+                tuple(box for box in surroundings.obstacles if box.name in left),
+                room=self.config.room,
+                body=body,
+                T_base_object=T_base_object,
+                T_base_camera=T_base_camera,
+            )
         attempt = Attempt(
-            self.robot,
-            self.config,
-            self.robot.home if start is None else start,
-            (scene or Scene()).with_object(lying),
-            frozenset(leaving),
+            self.robot, self.config, start, surroundings, leaving=left, company=company
         )
         verdicts: dict[str, GraspAssessment] = {}
         seconds = {"selection": 0.0, "motion": 0.0}

@@ -33,6 +33,8 @@ class MotionConfig:
             [rad or m].
         time_limit: for finding a path through joint space [s]. Whoever needs the same answer on
             every machine must make it so long that it is never reached.
+        most_checks: postures that are checked for one path before it is given up; the same on every
+            machine.
         attempts: paths that are looked for, with different random numbers; the shortest is taken.
         rounding: passes of averaging that round corners.
         line_step: of the gripper along a straight line [m].
@@ -42,6 +44,7 @@ class MotionConfig:
 
     step: float = 0.02
     time_limit: float = 3.0
+    most_checks: int = 20_000
     attempts: int = 3
     rounding: int = 60
     line_step: float = 0.005
@@ -49,8 +52,8 @@ class MotionConfig:
     largest_jump: float = 0.2
 
     def __post_init__(self) -> None:
-        for name in ("step", "time_limit", "attempts", "line_step", "turn_step", "largest_jump"):
-            if not getattr(self, name) > 0:
+        for name in self.__slots__:
+            if name != "rounding" and not getattr(self, name) > 0:
                 raise InvalidInputError(f"{name} must be > 0, got {getattr(self, name)}")
 
 
@@ -105,11 +108,14 @@ def plan_path(
         upper=np.where(robot.continuous, np.maximum(start, goal) + np.pi, robot.soft_upper),
         resolution=config.step,
         time_limit=config.time_limit,
+        most_checks=config.most_checks,
         attempts=config.attempts,
         seed=seed,
     )
     if waypoints is None:
-        return MotionFailure(f"no path found within {config.time_limit:g} s")
+        return MotionFailure(
+            f"no path found within {config.time_limit:g} s and {config.most_checks} postures each"
+        )
     dense = densify(waypoints, config.step)
     if not is_free(dense):
         return MotionFailure("the path that was found grazes something; another seed may help")

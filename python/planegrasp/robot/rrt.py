@@ -33,6 +33,7 @@ def find_waypoints(
     upper: Float64Array,
     resolution: float,
     time_limit: float,
+    most_checks: int,
     attempts: int,
     seed: int,
 ) -> Float64Array | None:
@@ -47,6 +48,7 @@ def find_waypoints(
             are a turn or more apart: whole turns away lies the same again.
         resolution: Euclidean distance of the points checked between corners [rad].
         time_limit: after which no further attempt begins [s]; an attempt may take as long, too.
+        most_checks: postures that are checked in an attempt before it is given up.
         attempts: number of paths to choose from.
         seed: ≥ 0.
     """
@@ -70,6 +72,7 @@ def find_waypoints(
                 upper=upper,
                 resolution=resolution,
                 time_limit=left,
+                most_checks=most_checks,
             )
         if corners is None:
             continue
@@ -88,8 +91,9 @@ def _plan(
     upper: Float64Array,
     resolution: float,
     time_limit: float,
+    most_checks: int,
 ) -> Float64Array | None:
-    n = len(start)
+    n, checks = len(start), 0
     space = base.RealVectorStateSpace(n)
     bounds = base.RealVectorBounds(n)
     for i in range(n):
@@ -97,7 +101,13 @@ def _plan(
         bounds.setHigh(i, float(upper[i]))
     space.setBounds(bounds)
     setup = geometric.SimpleSetup(space)
-    setup.setStateValidityChecker(lambda state: is_free(np.array(state[0:n])))
+
+    def is_valid(state: base.State) -> bool:
+        nonlocal checks
+        checks += 1
+        return is_free(np.array(state[0:n]))
+
+    setup.setStateValidityChecker(is_valid)
     information = setup.getSpaceInformation()
     information.setStateValidityCheckingResolution(resolution / space.getMaximumExtent())
     states = []
@@ -107,7 +117,9 @@ def _plan(
         states.append(state)
     setup.setStartAndGoalStates(*states)
     setup.setPlanner(geometric.RRTConnect(information))
-    setup.solve(time_limit)
+    in_time = base.timedPlannerTerminationCondition(time_limit)
+    in_checks = base.PlannerTerminationCondition(lambda: checks >= most_checks)
+    setup.solve(base.plannerOrTerminationCondition(in_time, in_checks))
     if not setup.haveExactSolutionPath():
         return None
     path = setup.getSolutionPath()

@@ -37,8 +37,9 @@ _COLLISIONS = (
     ("robot", "fingers"),
     ("robot", "object"),
 )
-# The hand's arm goes back this far, this fast, once it has let go [m, m/s].
-_AWAY, _AWAY_SPEED = 0.35, 0.5
+# The hand's arm goes back this far, this fast, once it has let go [m, m/s], and not into the robot:
+# nearer than this it stops [m].
+_AWAY, _AWAY_SPEED, _FROM_ROBOT = 0.35, 0.5, 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,6 +164,7 @@ class SimulatedArm:
         self._gripped_since: float | None = None
         self._gripped_last = -np.inf
         self._released: tuple[float, RigidTransform, Float64Array] | None = None
+        self._gone = 0.0
         self.collisions: dict[str, float] = {}
         self.released_at: RigidTransform | None = None
         self.gripped_at: RigidTransform | None = None
@@ -239,8 +241,12 @@ class SimulatedArm:
             self.world.move_support(self._motion.pose(self.world.time))
             return
         since, T, outwards = self._released
-        gone = min(_AWAY, _AWAY_SPEED * (self.world.time - since))
-        self.world.move_support(RigidTransform.from_translation(gone * outwards) * T)
+        farther = min(_AWAY, self._gone + _AWAY_SPEED * (self.world.time - since))
+        self._released = self.world.time, T, outwards
+        goal = RigidTransform.from_translation(farther * outwards) * T
+        if farther > self._gone and self.world.may_move_support(goal, _FROM_ROBOT):
+            self._gone = farther
+            self.world.move_support(goal)
 
 
 def _outwards(world: World) -> Float64Array:

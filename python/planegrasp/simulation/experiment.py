@@ -10,7 +10,7 @@ import numpy as np
 
 from planegrasp.detector import Detector
 from planegrasp.geometry import PinholeCamera, RigidTransform, Rotation
-from planegrasp.grasping.executor import GraspExecutor
+from planegrasp.grasping.executor import ExecutorConfig, GraspExecutor
 from planegrasp.grasping.planner import GraspPlanner, PlannerConfig
 from planegrasp.robot.motion import MotionConfig
 from planegrasp.simulation.driver import SimulatedArm, SimulatedEyes
@@ -107,7 +107,7 @@ class Experiment:
         # What is measured must not depend on how busy the machine is.
         motion = MotionConfig(time_limit=60.0)
         self.planner = GraspPlanner(self.robot, PlannerConfig(motion=motion))
-        self.executor = GraspExecutor(self.robot)
+        self.executor = GraspExecutor(self.robot, ExecutorConfig(paths=motion))
 
     def setting(self, kind: Kind, seed: int) -> Setting:
         """Draw a setting: the same for the same kind and seed.

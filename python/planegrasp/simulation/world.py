@@ -155,6 +155,21 @@ class World:
         x, y, z, w = T.rotation.as_quat()
         self.data.mocap_pos[mocap], self.data.mocap_quat[mocap] = T.translation, (w, x, y, z)
 
+    def may_move_support(self, T_base_hand: RigidTransform, room: float) -> bool:
+        """Whether the hand could go there: it keeps this room to the robot [m], or comes no nearer.
+
+        The robot without its fingers is meant. The hand stays where it is.
+        """
+        mocap = self.model.body(SUPPORT).mocapid[0]
+        before = self.clearance("robot", "support")
+        here = self.data.mocap_pos[mocap].copy(), self.data.mocap_quat[mocap].copy()
+        self.move_support(T_base_hand)
+        mujoco.mj_kinematics(self.model, self.data)
+        after = self.clearance("robot", "support")
+        self.data.mocap_pos[mocap], self.data.mocap_quat[mocap] = here
+        mujoco.mj_kinematics(self.model, self.data)
+        return after >= min(room, before)
+
     @property
     def is_released(self) -> bool:
         """Whether the support has let go."""
