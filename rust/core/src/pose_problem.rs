@@ -13,7 +13,7 @@ use crate::lm::{LeastSquares, Normal};
 use crate::plane_observation::PlaneObservation;
 use crate::pose_state::{PARAMETERS, PoseState};
 use crate::rigid::perturbed;
-use crate::robust::cauchy;
+use crate::robust::CauchySum;
 
 /// A correspondence in the object's frame.
 #[derive(Debug, Clone, Copy)]
@@ -65,15 +65,15 @@ impl PoseProblem {
     pub fn reprojection_cost(&self, T: &Isometry3<f64>) -> f64 {
         let information = self.pixel_sigma.powi(-2);
         let R = T.rotation.to_rotation_matrix();
-        let mut cost = 0.0;
+        let mut losses = CauchySum::default();
         for point in &self.points {
             let p = R * point.object + T.translation.vector;
             if p.z <= 0.0 {
                 return f64::INFINITY;
             }
-            cost += cauchy((self.to_pixel(&p) - point.image).norm_squared() * information).0;
+            losses.add((self.to_pixel(&p) - point.image).norm_squared() * information);
         }
-        cost
+        losses.total()
     }
 
     fn prior_cost(&self, state: &PoseState) -> f64 {
@@ -88,6 +88,7 @@ impl PoseProblem {
         let T = &state.T_camera_object;
         let R = *T.rotation.to_rotation_matrix().matrix();
         let information = self.pixel_sigma.powi(-2);
+        let mut losses = CauchySum::default();
         let mut hessian = SMatrix::<f64, 6, 6>::zeros();
         let mut gradient = SVector::<f64, 6>::zeros();
         for point in &self.points {
@@ -97,13 +98,13 @@ impl PoseProblem {
                 return;
             }
             let residual = self.to_pixel(&p) - point.image;
-            let (loss, weight) = cauchy(residual.norm_squared() * information);
-            normal.cost += loss;
+            let weight = losses.add(residual.norm_squared() * information);
             let jacobian = self.reprojection_jacobian(&R, &point.object, &p);
             let weighted = jacobian.transpose() * (weight * information);
             hessian += weighted * jacobian;
             gradient += weighted * residual;
         }
+        normal.cost += losses.total();
         let mut block = normal.hessian.fixed_view_mut::<6, 6>(0, 0);
         block += hessian;
         let mut rows = normal.gradient.fixed_rows_mut::<6>(0);

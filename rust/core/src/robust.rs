@@ -12,10 +12,48 @@ pub const TUKEY_CUTOFF: f64 = 4.685;
 /// Squared scale of [`cauchy`]: a two-dimensional residual of three sigmas counts half.
 const CAUCHY_SCALE_SQUARED: f64 = 9.0;
 
-/// Cauchy's loss and weight: bounded influence, yet never blind, so that a coarse start converges.
-pub fn cauchy(squared: f64) -> (f64, f64) {
-    let ratio = squared / CAUCHY_SCALE_SQUARED;
-    (CAUCHY_SCALE_SQUARED * ratio.ln_1p(), 1.0 / (1.0 + ratio))
+/// A product beyond this is taken the logarithm of: another factor must not overflow.
+const LARGEST_PRODUCT: f64 = 1e100;
+
+/// Weight by Cauchy's loss: bounded influence, yet never blind, so that a coarse start converges.
+pub fn cauchy_weight(squared: f64) -> f64 {
+    1.0 / (1.0 + squared / CAUCHY_SCALE_SQUARED)
+}
+
+/// Sum of Cauchy's losses c²·ln(1 + r²/c²): the logarithm of a product is that of many factors at
+/// once, and logarithms are most of what a sum of single ones costs.
+#[derive(Debug, Clone, Copy)]
+pub struct CauchySum {
+    logarithms: f64,
+    product: f64,
+}
+
+impl Default for CauchySum {
+    /// Of nothing.
+    fn default() -> Self {
+        Self {
+            logarithms: 0.0,
+            product: 1.0,
+        }
+    }
+}
+
+impl CauchySum {
+    /// Adds the loss of one squared residual, and returns its weight.
+    pub fn add(&mut self, squared: f64) -> f64 {
+        let factor = 1.0 + squared / CAUCHY_SCALE_SQUARED;
+        self.product *= factor;
+        if self.product > LARGEST_PRODUCT {
+            self.logarithms += self.product.ln();
+            self.product = 1.0;
+        }
+        1.0 / factor
+    }
+
+    /// The sum.
+    pub fn total(&self) -> f64 {
+        CAUCHY_SCALE_SQUARED * (self.logarithms + self.product.ln())
+    }
 }
 
 /// Weight of Tukey's biweight.
@@ -39,14 +77,33 @@ pub fn median(values: &mut [f64]) -> Option<f64> {
 mod tests {
     use super::*;
 
+    fn cauchy(squared: &[f64]) -> f64 {
+        let mut sum = CauchySum::default();
+        for one in squared {
+            assert_eq!(sum.add(*one), cauchy_weight(*one));
+        }
+        sum.total()
+    }
+
     #[test]
     fn the_cauchy_weight_is_the_derivative_of_its_loss() {
         for squared in [0.0, 0.5, 9.0, 400.0] {
             let step = 1e-5;
-            let slope = (cauchy(squared + step).0 - cauchy(squared - step).0) / (2.0 * step);
-            assert!((slope - cauchy(squared).1).abs() < 1e-8);
+            let slope = (cauchy(&[squared + step]) - cauchy(&[squared - step])) / (2.0 * step);
+            assert!((slope - cauchy_weight(squared)).abs() < 1e-8);
         }
-        assert_eq!(cauchy(9.0).1, 0.5);
+        assert_eq!(cauchy_weight(9.0), 0.5);
+    }
+
+    #[test]
+    fn the_sum_of_losses_is_that_of_single_ones() {
+        let squared: Vec<f64> = (0..2000).map(|i| f64::from(i).powi(2) * 1e3).collect();
+        let singly: f64 = squared.iter().map(|s| 9.0 * (s / 9.0).ln_1p()).sum();
+        assert!((cauchy(&squared) / singly - 1.0).abs() < 1e-12);
+        assert_eq!(cauchy(&[]), 0.0);
+        assert!((cauchy(&[1e-9]) - 1e-9).abs() < 1e-14);
+        assert!(cauchy(&[f64::INFINITY]).is_infinite());
+        assert!(cauchy(&[f64::NAN]).is_nan());
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 
 use super::view::{Centred, PARAMETERS};
-use crate::robust::{self, median};
+use crate::robust::{cauchy_weight, median, tukey_weight};
 
 /// The median of the squared norm of a whitened 2-vector: 2·ln 2.
 const MEDIAN_SQUARED: f64 = 1.386;
@@ -157,12 +157,8 @@ pub fn solve(
     Some((parameters, information))
 }
 
-fn cauchy_weight(squared: f64) -> f64 {
-    robust::cauchy(squared).1
-}
-
 fn biweight(squared: f64) -> f64 {
-    robust::tukey_weight(squared.sqrt())
+    tukey_weight(squared.sqrt())
 }
 
 #[inline(always)]

@@ -116,7 +116,8 @@ impl FilteredPose {
     pub fn corrected(&self, measured: &Measurement, config: &PoseFilterConfig) -> Option<Self> {
         let Innovation { error, R, S } = self.innovation(measured, config);
         let inverse = S.cholesky()?.inverse();
-        if !((error.transpose() * inverse * error).x <= config.gate.powi(2) + 6.0) {
+        let squared = (error.transpose() * inverse * error).x;
+        if squared.is_nan() || squared > config.gate.powi(2) + 6.0 {
             return None;
         }
         let P = &self.covariance;

@@ -52,11 +52,15 @@ impl TrackingConfig {
                 return Err(out_of_range(name, value, "0 … 1, not 1"));
             }
         }
-        if !(self.max_stretch > 1.0) {
-            return Err(out_of_range("max_stretch", self.max_stretch, "> 1"));
+        if !self.max_stretch.is_finite() || self.max_stretch <= 1.0 {
+            return Err(out_of_range(
+                "max_stretch",
+                self.max_stretch,
+                "> 1 and finite",
+            ));
         }
-        if !(self.min_side >= 4.0) {
-            return Err(out_of_range("min_side", self.min_side, "≥ 4 px"));
+        if !self.min_side.is_finite() || self.min_side < 4.0 {
+            return Err(out_of_range("min_side", self.min_side, "≥ 4 px and finite"));
         }
         if self.min_tiles < 4 {
             return Err(out_of_range("min_tiles", self.min_tiles as f64, "≥ 4"));

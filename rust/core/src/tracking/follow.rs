@@ -72,7 +72,7 @@ pub fn follow(
     let least_cosine = best_cosine;
     for (number, face) in object.faces.iter().enumerate() {
         let cosine = face.cosine(predicted);
-        if !(cosine >= least_cosine) {
+        if cosine.is_nan() || cosine < least_cosine {
             continue;
         }
         match look(number, face, predicted, sight, config, workspace) {
