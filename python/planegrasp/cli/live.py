@@ -79,6 +79,8 @@ def live(
     image_rate: Annotated[
         float,
         typer.Option(
+            min=0,
+            max=1000,
             help="Images and clouds shown a second, at most; 0 for none.",
             rich_help_panel=_SHOWING,
         ),

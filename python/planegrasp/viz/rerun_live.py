@@ -61,13 +61,11 @@ class LiveRecordingConfig:
         image_rate: images and clouds a second of the frames' time, at most [Hz]; 0 for none.
         cloud: whether depth is shown as points.
         grasps: whether taught grasps are shown.
-        moving: something that moves with at least this probability has an arrow (0 … 1).
     """
 
     image_rate: float = 10.0
     cloud: bool = True
     grasps: bool = True
-    moving: float = 0.5
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.image_rate <= 1000.0:

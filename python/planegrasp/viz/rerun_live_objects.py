@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 # An arrow shows the way in so much time [s].
 _AHEAD = 0.5
+# Something that moves with at least this probability has an arrow.
+_MOVES = 0.5
 
 
 class Log(Protocol):
@@ -61,7 +63,7 @@ class ObjectEntities:
             self._log(root, pose_of(self._rr, track.filtered.T_base_object))
             if root not in self._shown:
                 self._log_look(root, track)
-            if track.moves >= self._config.moving:
+            if track.moves >= _MOVES:
                 arrow = ("world", "velocities", *which)
                 arrows.add(arrow)
                 self._log_arrow(arrow, track)

@@ -6,19 +6,19 @@ flush. So a stream is flushed now and then, and a failure becomes an exception h
 
 from __future__ import annotations
 
+import os
 import socket
-import struct
+import sys
 import time
+from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from urllib.parse import quote
 
 from planegrasp.closing import ClosesAtEnd
 from planegrasp.errors import RecordingError, ViewerError
-from planegrasp.viz.rerun_parts import begun, rerun
-
-if TYPE_CHECKING:
-    from typing import BinaryIO
+from planegrasp.viz.rerun_file import RrdFile
+from planegrasp.viz.rerun_parts import rerun
 
 __all__ = ["GRPC_PORT", "WEB_PORT", "RerunStream", "to_browser", "to_file", "to_viewer"]
 
@@ -31,6 +31,7 @@ WEB_PORT = 9090
 _PATIENCE = 10.0
 # How often a stream is asked whether it still works [s].
 _CHECK_EVERY = 0.5
+_WITHOUT = ": --web shows it in a browser, --rrd writes a file"
 
 
 class RerunStream(ClosesAtEnd):
@@ -41,18 +42,20 @@ class RerunStream(ClosesAtEnd):
         url: where a browser finds it, "" for none.
     """
 
-    def __init__(self, stream: Any, target: str, path: Path | None = None, url: str = "") -> None:
+    def __init__(
+        self, stream: Any, target: str, file: RrdFile | None = None, url: str = ""
+    ) -> None:
         """Take over a stream.
 
         Args:
             stream: of Rerun, with a sink.
             target: what to call it in errors.
-            path: of the file, where it is one.
+            file: that it goes to, where it does.
             url: for a browser.
         """
         self.stream = stream
         self.url = url
-        self._target, self._path = target, path
+        self._target, self._file = target, file
         self._checked = time.monotonic()
         self._has_failed = False
 
@@ -73,26 +76,30 @@ class RerunStream(ClosesAtEnd):
             self.stream.flush(timeout_sec=_PATIENCE)
         except RuntimeError as error:
             self._has_failed = True
-            if self._path is None:
-                raise ViewerError(f"{self._target} takes no data any more: {error}") from error
-            self.stream.disconnect()
-            cut_to_whole_messages(self._path)
-            raise RecordingError(
-                f"{self._path} cannot be written any further, is the disk full? What was written "
-                f"before can be read ({error})"
-            ) from error
+            raise ViewerError(f"{self._target} takes no data any more: {error}") from error
+        self._check_file()
 
     def close(self) -> None:
-        """Hand over what is left, and end.
-
-        Raises:
-            RecordingError: the end of the file cannot be written.
-        """
+        """Hand over what is left, and end; raises as `check` does."""
         try:
             if not self._has_failed:
                 self.flush()
         finally:
             self.stream.disconnect()
+            if self._file is not None:
+                self._file.finish()
+        if not self._has_failed:
+            self._check_file()
+
+    def _check_file(self) -> None:
+        if self._file is None or self._file.error is None:
+            return
+        self._has_failed = True
+        error = self._file.error
+        raise RecordingError(
+            f"{self._target} cannot be written any further: {error.strerror}; what was written "
+            f"before can be read"
+        ) from error
 
 
 def to_file(path: str | Path, blueprint: Any) -> RerunStream:
@@ -102,14 +109,12 @@ def to_file(path: str | Path, blueprint: Any) -> RerunStream:
         RecordingError: it exists already, or cannot be written.
         MissingExtraError: rerun-sdk is not installed.
     """
-    path = Path(path)
-    if path.exists():
-        raise RecordingError(f"{path} exists already: give a new name")
-    try:
-        stream = begun(rerun(), path, blueprint)
-    except OSError as error:
-        raise RecordingError(f"{path} cannot be written: {error}") from error
-    return RerunStream(stream, str(path), path)
+    rr = rerun()
+    file = RrdFile(Path(path))
+    stream = rr.RecordingStream("planegrasp")
+    stream.save(file.entrance, default_blueprint=blueprint)
+    file.entered()
+    return RerunStream(stream, str(path), file)
 
 
 def to_viewer(blueprint: Any, port: int = GRPC_PORT, memory: str = "2GB") -> RerunStream:
@@ -128,13 +133,24 @@ def to_viewer(blueprint: Any, port: int = GRPC_PORT, memory: str = "2GB") -> Rer
     stream = rr.RecordingStream("planegrasp")
     try:
         if _is_free(port):
-            stream.spawn(port=port, memory_limit=memory, connect=False, hide_welcome_screen=True)
+            _check_display()
+            rr.spawn(
+                port=port,
+                memory_limit=memory,
+                connect=False,
+                hide_welcome_screen=True,
+                executable_path=_viewer_program(),
+                recording=stream,
+            )
+            _wait_until_taken(port)
         stream.connect_grpc(f"rerun+http://127.0.0.1:{port}/proxy", default_blueprint=blueprint)
         stream.flush(timeout_sec=_PATIENCE)
     except RuntimeError as error:
+        reason = str(error).strip().partition("\n")[0]
+        reason = str(error).strip().partition("\n")[0]
         raise ViewerError(
-            f"the Rerun viewer does not start, or what listens at port {port} is none ({error}): "
-            f"is there a display? Without one, a browser shows it, or it goes to a file"
+            f"the Rerun viewer does not start, or what listens at port {port} is none "
+            f"({reason}){_WITHOUT}"
         ) from error
     return RerunStream(stream, "the Rerun viewer")
 
@@ -177,26 +193,28 @@ def to_browser(
     return RerunStream(stream, "the viewer for browsers", url=url)
 
 
-def cut_to_whole_messages(path: Path) -> None:
-    """Drop half a message at the end of an .rrd file: Rerun's reader refuses the file with it.
-
-    A file is a header of 12 bytes and messages, each after a header with its kind and its length,
-    64 bits each, little-endian.
-    """
-    size = path.stat().st_size
-    with path.open("r+b") as file:
-        file.truncate(_end_of_messages(file, size))
+def _viewer_program() -> str | None:
+    """The viewer that rerun-sdk brings, which need not be on the PATH."""
+    package = find_spec("rerun_cli")
+    if package is None or package.origin is None:
+        return None
+    program = Path(package.origin).with_name("rerun")
+    return str(program) if program.exists() else None
 
 
-def _end_of_messages(file: BinaryIO, size: int) -> int:
-    end, header = 12, struct.Struct("<QQ")
-    while end + header.size <= size:
-        file.seek(end)
-        _, length = header.unpack(file.read(header.size))
-        if end + header.size + length > size:
-            break
-        end += header.size + length
-    return min(end, size)
+def _check_display() -> None:
+    """Say at once what the viewer would say only to itself."""
+    names = ("DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET")
+    if sys.platform == "linux" and not any(os.environ.get(name) for name in names):
+        raise ViewerError(f"there is no display for the Rerun viewer{_WITHOUT}")
+
+
+def _wait_until_taken(port: int) -> None:
+    end = time.monotonic() + _PATIENCE
+    while _is_free(port):
+        if time.monotonic() > end:
+            raise ViewerError(f"the Rerun viewer does not start{_WITHOUT}")
+        time.sleep(0.05)
 
 
 def _is_free(port: int) -> bool:

@@ -71,9 +71,9 @@ class LiveLinesWriter(ClosesAtEnd):
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._file = self.path.open("xb", buffering=0)
-        except FileExistsError as error:
-            raise RecordingError(f"{path} exists already: give a new name") from error
         except OSError as error:
+            if self.path.exists():
+                raise RecordingError(f"{path} exists already: give a new name") from error
             raise RecordingError(f"{path} cannot be written: {error.strerror}") from error
 
     def write(self, seen: LiveFrame) -> None:
