@@ -1,6 +1,6 @@
 """What a live system sees as JSON Lines: one frame a line, whole lines also on a full disk.
 
-Keys of each line, beside those of `as_dict` (with `tracked` in each detection):
+Keys of each line, beside those of `as_dict`:
 
     tracks       what is followed, seen in this frame or not:
         number, name, instance    as in `Track`
@@ -36,11 +36,8 @@ __all__ = ["LiveLinesWriter", "live_frame_to_dict"]
 
 def live_frame_to_dict(seen: LiveFrame) -> dict[str, Any]:
     """What is known after a frame, ready for `json.dumps`; keys as in this module's docstring."""
-    row = frame_to_dict(seen.frame, seen.detections)
-    for entry, detection in zip(row["detections"], seen.detections, strict=True):
-        entry["tracked"] = detection.tracked
     return {
-        **row,
+        **frame_to_dict(seen.frame, seen.detections),
         "tracks": [_track(track) for track in seen.tracks],
         "new": [track.number for track in seen.new],
         "lost": [track.number for track in seen.lost],
