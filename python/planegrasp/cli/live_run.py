@@ -191,8 +191,11 @@ class LiveRun:
             self._note("task", task_text(task))
 
     def _note_stream(self) -> None:
+        from planegrasp.io.cameras import EventKind
+
         for event in self.stream.take_events():
-            self._note(f"camera {event.kind}", event.message, _LOUD)
+            style = _QUIET if event.kind is EventKind.ENDED else _LOUD
+            self._note(f"camera {event.kind}", event.message, style)
 
     def _note_failures(self) -> None:
         for output in self.outputs:
