@@ -83,4 +83,3 @@ def test_what_hangs_is_left_behind():
     beside.close()
     assert beside.hangs
     worker.let_go.release()
-    beside.close()

@@ -86,8 +86,10 @@ class Beside(ClosesAtEnd, Generic[Item]):
             return self.error
 
     def close(self) -> None:
-        """Finish what waits, and end; waits for at most `close_timeout`."""
+        """Finish what waits, and end; waits for at most `close_timeout`, when first called."""
         with self._changed:
+            if self._is_closed:
+                return
             self._is_closed = True
             self._changed.notify_all()
         self._thread.join(self._close_timeout)
