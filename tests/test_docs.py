@@ -42,11 +42,12 @@ def commands(block):
 @pytest.mark.parametrize(
     ("page", "ran"),
     [
-        ("README.md", 9),
+        ("README.md", 10),
         ("docs/tutorial.md", 16),
         ("docs/conventions.md", 1),
         ("docs/robots.md", 4),
         ("docs/cameras.md", 3),
+        ("docs/live.md", 3),
     ],
 )
 @pytest.mark.usefixtures("inside")

@@ -66,6 +66,10 @@ class RecordingError(PlanegraspError):
     """A recording cannot be written, or not any further; the message says what can be read."""
 
 
+class ViewerError(PlanegraspError):
+    """A viewer cannot be started, or takes no data any more."""
+
+
 class RobotError(PlanegraspError):
     """A robot cannot be loaded, or lacks what is asked of it; the message lists what it has."""
 

@@ -14,6 +14,7 @@ from planegrasp.cli.bench import app as bench
 from planegrasp.cli.demo import demo
 from planegrasp.cli.detect import detect
 from planegrasp.cli.grasp import app as grasp
+from planegrasp.cli.live import live
 from planegrasp.cli.objects import objects
 from planegrasp.cli.record import record
 from planegrasp.cli.teach import teach
@@ -70,6 +71,7 @@ app.command()(teach)
 app.command()(objects)
 app.command()(detect)
 app.command()(record)
+app.command()(live)
 app.add_typer(grasp, name="grasp")
 app.command()(demo)
 app.add_typer(bench, name="bench")

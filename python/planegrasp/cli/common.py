@@ -9,13 +9,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from planegrasp.errors import InvalidInputError
+from planegrasp.errors import InvalidInputError, LibraryError
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from planegrasp.geometry import RigidTransform
     from planegrasp.grasping import CanonicalGrasp
+    from planegrasp.library import ObjectLibrary
+    from planegrasp.objects import ObjectModel
     from planegrasp.teaching.quality import TeachingQuality
 
 __all__ = [
@@ -29,6 +31,7 @@ __all__ = [
     "print_error",
     "print_json",
     "quality_row",
+    "wanted_models",
 ]
 
 LibraryOption = Annotated[
@@ -109,3 +112,23 @@ def grasp_row(grasp: CanonicalGrasp) -> dict[str, object]:
         "pregrasp_distance": grasp.pregrasp_distance,
         "force": grasp.force,
     }
+
+
+def wanted_models(
+    library: Path, only: list[str] | None = None
+) -> ObjectLibrary | list[ObjectModel]:
+    """The whole library, or the objects asked for.
+
+    Raises:
+        LibraryError: the library is empty, damaged or has no object of that name.
+    """
+    from planegrasp.library import ObjectLibrary
+
+    objects = ObjectLibrary(library)
+    if not len(objects):
+        where = f"the library {library} is empty" if library.exists() else f"no library {library}"
+        raise LibraryError(
+            f"{where}: teach an object first, for example "
+            f"`planegrasp teach book book.jpg --width 0.21 --library {library}`"
+        )
+    return [objects[name] for name in dict.fromkeys(only)] if only else objects

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from planegrasp.cli.common import JsonOption, LibraryOption, console, print_json
+from planegrasp.cli.common import JsonOption, LibraryOption, console, print_json, wanted_models
 from planegrasp.cli.detection_tables import explanation, print_summary
 from planegrasp.cli.source_options import (
     ColorTopicOption,
@@ -19,7 +19,7 @@ from planegrasp.cli.source_options import (
     InfoTopicOption,
     recording_topics,
 )
-from planegrasp.errors import InvalidInputError, LibraryError
+from planegrasp.errors import InvalidInputError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from planegrasp.detector import Detector
     from planegrasp.io.sinks import Summary
     from planegrasp.io.sources import FrameSource
-    from planegrasp.library import ObjectLibrary
     from planegrasp.objects import ObjectModel
     from planegrasp.results import ResultSink
     from planegrasp.rgbd import RGBDFrame
@@ -124,7 +123,7 @@ def detect(
 
     if as_json and jsonl == _TO_OUTPUT:
         raise InvalidInputError("--json and --jsonl - both want standard output: give one of them")
-    models = _wanted(library, only)
+    models = wanted_models(library, only)
     frames = open_source(
         source,
         camera=camera,
@@ -199,24 +198,6 @@ class _Run:
         if self._explain:
             result["faces"] = [face_report_to_dict(face) for face in report.faces]
         return result
-
-
-def _wanted(library: Path, only: list[str] | None) -> ObjectLibrary | list[ObjectModel]:
-    """The whole library, or the objects asked for.
-
-    Raises:
-        LibraryError: the library is empty, damaged or has no object of that name.
-    """
-    from planegrasp.library import ObjectLibrary
-
-    objects = ObjectLibrary(library)
-    if not len(objects):
-        where = f"the library {library} is empty" if library.exists() else f"no library {library}"
-        raise LibraryError(
-            f"{where}: teach an object first, for example "
-            f"`planegrasp teach book book.jpg --width 0.21 --library {library}`"
-        )
-    return [objects[name] for name in dict.fromkeys(only)] if only else objects
 
 
 def _sinks(

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 if TYPE_CHECKING:
-    from planegrasp.io.sources import RecordingTopics
+    from planegrasp.io.cameras import Camera
+    from planegrasp.io.sources import FrameSource, RecordingTopics
 
 SourceArgument = Annotated[
     str,
@@ -77,3 +79,48 @@ def recording_topics(
     if color is None and depth is None and info is None:
         return None
     return RecordingTopics(color, depth, info)
+
+
+def open_frames(
+    source: str,
+    *,
+    camera: Path | None,
+    fov: float | None,
+    depth_scale: float | None,
+    mode: tuple[int | None, int | None, int | None],
+    topics: tuple[str | None, str | None, str | None],
+) -> Camera | FrameSource:
+    """What the options ask for, not started.
+
+    Args:
+        source: name of a camera, or of a file or folder.
+        camera: camera file.
+        fov: horizontal field of view in degrees.
+        depth_scale: of depth images [m per unit].
+        mode: width, height and rate of a camera.
+        topics: of colour, depth and camera_info in a ROS recording.
+
+    Raises:
+        PlanegraspError: there is no such source, or the options do not fit it.
+    """
+    from planegrasp.io.cameras import is_camera_name, open_camera
+    from planegrasp.io.sources import open_source
+
+    angle = None if fov is None else math.radians(fov)
+    if is_camera_name(source):
+        width, height, rate = mode
+        return open_camera(
+            source,
+            camera=camera,
+            field_of_view=angle,
+            width=width,
+            height=height,
+            frames_per_second=rate,
+        )
+    return open_source(
+        source,
+        camera=camera,
+        depth_scale=depth_scale,
+        field_of_view=angle,
+        topics=recording_topics(*topics),
+    )

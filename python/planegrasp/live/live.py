@@ -78,12 +78,16 @@ class Live(ClosesAtEnd):
         detector: of all objects; nobody else should use it meanwhile.
         task: what matters; all objects of the library by their priorities where None.
         config: settings.
+
+    Attributes:
+        passes: how many frames the detector is done with.
     """
 
     def __init__(
         self, detector: Detector, task: Task | None = None, config: LiveConfig | None = None
     ) -> None:
         self.config = config or LiveConfig()
+        self.passes = 0
         self._detector = detector
         self._models = {r.object.name: r.object for r in detector.references}
         self._scheduler = Scheduler(list(self._models.values()), self.config.at_once)
@@ -132,6 +136,7 @@ class Live(ClosesAtEnd):
         before = self._tracker.tracks
         found = None if self._search is None else self._search.take()
         if found is not None:
+            self.passes += 1
             self._tracker.take(found.detections, found.time, found.T_fixed_camera)
         numbers, skipped = self._scheduler.to_follow(self._tracker.tracks, task)
         watch.lap("take")
@@ -173,6 +178,7 @@ class Live(ClosesAtEnd):
             self._search.start(frame, time, T_fixed_camera, names)
             return []
         new = self._tracker.take(self._detector.detect(frame, among=names), time, T_fixed_camera)
+        self.passes += 1
         return [track.detection for track in new if track.detection is not None]
 
     def _is_due(self, time: float, task: Task) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from datetime import timedelta
 from typing import TYPE_CHECKING, Any
 
@@ -30,6 +31,13 @@ def rows(path: Path, entity: str, column: str) -> list[tuple[float | None, Any]]
             numbers = [_number(number) for number in batch.column(timeline).to_pylist()]
         found += list(zip(numbers, values, strict=True))
     return sorted(found, key=lambda row: -1 if row[0] is None else row[0])
+
+
+def unfinished_rows(path: Path, entity: str, column: str) -> list[tuple[float | None, Any]]:
+    """`rows` of a file whose end is missing, which Rerun warns about."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return rows(path, entity, column)
 
 
 def _number(value: int | timedelta) -> float:

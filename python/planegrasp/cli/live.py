@@ -1,0 +1,290 @@
+"""`planegrasp live`: find and follow a library's objects while a camera runs."""
+
+from __future__ import annotations
+
+import os
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from planegrasp.cli.common import JsonOption, LibraryOption, messages, print_json, wanted_models
+from planegrasp.cli.source_options import (
+    CameraOption,
+    ColorTopicOption,
+    DepthScaleOption,
+    DepthTopicOption,
+    FieldOfViewOption,
+    HeightOption,
+    InfoTopicOption,
+    RateOption,
+    SourceArgument,
+    WidthOption,
+    open_frames,
+)
+from planegrasp.errors import InvalidInputError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from planegrasp.cli.live_outputs import Output
+    from planegrasp.live import Task
+    from planegrasp.objects import ObjectModel
+    from planegrasp.viz.rerun_streams import RerunStream
+
+_SHOWING = "Viewer"
+_RECORDING = "Recording"
+_TASK = "Task"
+
+
+def live(
+    source: SourceArgument,
+    *,
+    library: LibraryOption = Path("objects"),
+    want: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="An object that matters, the larger the priority (1) the more; may be repeated.",
+            metavar="NAME[=PRIORITY]",
+            show_default="all, as the library says",
+            rich_help_panel=_TASK,
+        ),
+    ] = None,
+    budget: Annotated[
+        float | None,
+        typer.Option(
+            help="Time to spend on a frame [ms].", show_default="25", rich_help_panel=_TASK
+        ),
+    ] = None,
+    task_file: Annotated[
+        Path | None,
+        typer.Option(
+            help="Task (TOML: budget [s], others, table priorities) instead of --want; read again "
+            "whenever it changes.",
+            rich_help_panel=_TASK,
+        ),
+    ] = None,
+    view: Annotated[
+        bool, typer.Option("--view", help="Show it in Rerun.", rich_help_panel=_SHOWING)
+    ] = False,
+    web: Annotated[
+        bool, typer.Option("--web", help="Show it in a browser.", rich_help_panel=_SHOWING)
+    ] = False,
+    rrd: Annotated[
+        Path | None,
+        typer.Option(help="New recording for the Rerun viewer.", rich_help_panel=_SHOWING),
+    ] = None,
+    image_rate: Annotated[
+        float,
+        typer.Option(
+            min=0,
+            max=1000,
+            help="Images and clouds shown a second, at most; 0 for none.",
+            rich_help_panel=_SHOWING,
+        ),
+    ] = 10.0,
+    port: Annotated[
+        int,
+        typer.Option(min=1, max=65535, help="Of the viewer's data.", rich_help_panel=_SHOWING),
+    ] = 9876,
+    web_port: Annotated[
+        int,
+        typer.Option(min=1, max=65535, help="Of the page of --web.", rich_help_panel=_SHOWING),
+    ] = 9090,
+    open_browser: Annotated[
+        bool,
+        typer.Option(
+            "--browser/--no-browser", help="Open a browser for --web.", rich_help_panel=_SHOWING
+        ),
+    ] = True,
+    record: Annotated[
+        Path | None,
+        typer.Option(
+            help="New file for what is seen: JSON Lines, one frame a line.",
+            metavar="FILE",
+            rich_help_panel=_RECORDING,
+        ),
+    ] = None,
+    record_frames: Annotated[
+        Path | None,
+        typer.Option(
+            help="New recording of the frames: NAME.mcap, else a folder.",
+            metavar="NAME",
+            rich_help_panel=_RECORDING,
+        ),
+    ] = None,
+    frames: Annotated[
+        int | None, typer.Option(min=1, help="Stop after so many frames.", show_default="no limit")
+    ] = None,
+    seconds: Annotated[
+        float | None, typer.Option(min=0, help="Stop after so long.", show_default="no limit")
+    ] = None,
+    pace: Annotated[
+        bool,
+        typer.Option(
+            help="Play a recording at its own speed, as if it were a camera; else wait for every "
+            "frame and its detection: none is dropped, and each run gives the same."
+        ),
+    ] = True,
+    camera: CameraOption = None,
+    fov: FieldOfViewOption = None,
+    depth_scale: DepthScaleOption = None,
+    width: WidthOption = None,
+    height: HeightOption = None,
+    fps: RateOption = None,
+    color_topic: ColorTopicOption = None,
+    depth_topic: DepthTopicOption = None,
+    info_topic: InfoTopicOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Find taught objects and follow them in every frame, until Ctrl-C or the source's end.
+
+    A camera that is unplugged is waited for. A viewer that is closed and a disk that is full are
+    reported, and tracking goes on; exit code 1 says that a recording is not complete.
+
+        planegrasp live realsense --view
+
+        planegrasp live run.mcap --want book=2 --want box --record seen.jsonl --rrd seen.rrd
+    """
+    from planegrasp.cli.live_run import LiveRun
+    from planegrasp.cli.live_status import StatusLine
+    from planegrasp.cli.stopping import stop_on_signals
+    from planegrasp.detector import Detector
+    from planegrasp.io.cameras import NewestFrame, StreamConfig
+    from planegrasp.live import Live, LiveConfig, TaskFile
+
+    if sum((view, web, rrd is not None)) > 1:
+        raise InvalidInputError("--view, --web and --rrd exclude each other: give one of them")
+    if task_file is not None and want:
+        raise InvalidInputError("--want and --task-file exclude each other: give one of them")
+    models = tuple(wanted_models(library))
+    task = _task(want or [], budget)
+    changes = None
+    if task_file is not None:
+        changes = TaskFile(task_file, [model.name for model in models], task.budget)
+        task = changes.changed() or task
+    with ExitStack() as stack:
+        stop = stack.enter_context(stop_on_signals())
+        opened = open_frames(
+            source,
+            camera=camera,
+            fov=fov,
+            depth_scale=depth_scale,
+            mode=(width, height, fps),
+            topics=(color_topic, depth_topic, info_topic),
+        )
+        with messages().status("learning the objects …"):
+            detector = Detector(models)
+        # Without a pace, waiting for the detector costs nothing but time.
+        finder = stack.enter_context(Live(detector, task, LiveConfig(background=pace)))
+        view_of = _viewer(view, web, rrd, port, web_port, opens=open_browser)
+        stream = stack.enter_context(NewestFrame(opened, StreamConfig(pace=pace)))
+        outputs = _outputs(
+            stack,
+            view_of(),
+            models,
+            image_rate=image_rate,
+            lines=record,
+            frames=record_frames,
+            wait=not pace,
+        )
+        status = stack.enter_context(StatusLine())
+        for note in stream.notes:
+            status.event("note", note, "yellow")
+        run = LiveRun(source, finder, stream, outputs, status, changes, frames, seconds)
+        try:
+            run.run(stop)
+        finally:
+            run.finish()
+    if as_json:
+        print_json(run.to_dict())
+    else:
+        run.print_summary()
+    if run.hangs:
+        # Rerun waits at the exit of the program for a viewer that is stuck, without end.
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(int(run.failed))
+    if run.failed:
+        raise typer.Exit(1)
+
+
+def _task(want: Sequence[str], budget: float | None) -> Task:
+    """What the options ask for.
+
+    Raises:
+        InvalidInputError: a priority is no number, or the budget none that is possible.
+    """
+    from planegrasp.live import Task
+
+    priorities = {}
+    for text in want:
+        name, _, priority = text.partition("=")
+        try:
+            priorities[name] = float(priority) if "=" in text else 1.0
+        except ValueError:
+            raise InvalidInputError(
+                f"--want takes NAME or NAME=PRIORITY with a number, got {text!r}"
+            ) from None
+    if budget is None:
+        return Task(priorities)
+    if not budget > 0:
+        raise InvalidInputError(f"--budget must be > 0 ms, got {budget:g}")
+    return Task(priorities, budget=budget / 1000)
+
+
+def _viewer(
+    view: bool, web: bool, rrd: Path | None, port: int, web_port: int, *, opens: bool
+) -> Callable[[], RerunStream | None]:
+    """Start the viewer that was asked for; a file is begun only when the result is called.
+
+    So what takes long is done before the first frame, and no file is left where no frame comes.
+    """
+    if not (view or web or rrd):
+        return lambda: None
+    # Rerun's core writes what it meets to standard error; here it becomes one message.
+    os.environ.setdefault("RUST_LOG", "off")
+    from planegrasp.viz.rerun_live_blueprint import live_blueprint
+    from planegrasp.viz.rerun_streams import to_browser, to_file, to_viewer
+
+    blueprint = live_blueprint()
+    if rrd is not None:
+        return lambda: to_file(rrd, blueprint)
+    if view:
+        viewer = to_viewer(blueprint, port)
+    else:
+        viewer = to_browser(blueprint, port, web_port, opens=opens)
+        messages().print(f"the viewer is at {viewer.url}", soft_wrap=True)
+    return lambda: viewer
+
+
+def _outputs(
+    stack: ExitStack,
+    viewer: RerunStream | None,
+    models: Sequence[ObjectModel],
+    *,
+    image_rate: float,
+    lines: Path | None,
+    frames: Path | None,
+    wait: bool,
+) -> list[Output]:
+    """All that take what is seen; the stack closes them."""
+    from planegrasp.cli.live_outputs import Record, Show
+    from planegrasp.io.recording import open_recorder
+    from planegrasp.io.sinks import LiveLinesWriter
+
+    outputs: list[Output] = []
+    if viewer is not None:
+        from planegrasp.viz.palette import object_colors
+        from planegrasp.viz.rerun_live import LiveRecording, LiveRecordingConfig
+
+        colors = object_colors(model.name for model in models)
+        recording = LiveRecording(viewer, colors, LiveRecordingConfig(image_rate=image_rate))
+        outputs.append(stack.enter_context(Show(recording, wait=wait)))
+    if lines is not None:
+        outputs.append(stack.enter_context(Record(LiveLinesWriter(lines), wait=wait)))
+    if frames is not None:
+        outputs.append(stack.enter_context(Record(open_recorder(frames), wait=wait)))
+    return outputs
