@@ -8,7 +8,7 @@ from functools import cache
 import cv2
 import numpy as np
 
-from planegrasp.bench.stream import StreamConfig, models, stream
+from planegrasp.bench.stream import StreamSettings, models, stream
 from planegrasp.geometry import RigidTransform, Rotation
 from planegrasp.grasping import CanonicalGrasp
 from planegrasp.live import Live, LiveConfig
@@ -23,14 +23,14 @@ GRASP = CanonicalGrasp(
 @cache
 def shots(objects=1, frames=24, motion="handheld"):
     """Frames with their truth."""
-    config = StreamConfig(objects=objects, seconds=frames / 30, motion=motion)
+    config = StreamSettings(objects=objects, seconds=frames / 30, motion=motion)
     return tuple(stream(config))
 
 
 @cache
 def taught(objects=1):
     """The objects; the first one can be grasped."""
-    found = models(StreamConfig(objects=objects))
+    found = models(StreamSettings(objects=objects))
     found[0].grasps.append(GRASP)
     return tuple(found)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planegrasp.bench.scenes import CAMERA, corner_error
-from planegrasp.bench.stream import StreamConfig, absences, models, stream
+from planegrasp.bench.stream import StreamSettings, absences, models, stream
 from planegrasp.bench.stream_stage import stage
 from planegrasp.detector import Detector
 from planegrasp.errors import InvalidInputError
@@ -17,7 +17,7 @@ from planegrasp.geometry import Rotation
 COUNTS = [1, 3, 10]
 TREMOR_SPEED = 2 * np.pi * 12 * 0.001
 # Coarse in time, so that much happens in few frames.
-BUSY = StreamConfig(rate=4, seconds=12.0, exposure=0.0, leaving=True)
+BUSY = StreamSettings(rate=4, seconds=12.0, exposure=0.0, leaving=True)
 
 
 def corners_of(model, T_camera_object):
@@ -41,7 +41,7 @@ def scene(config):
 
 @pytest.mark.parametrize("objects", COUNTS)
 def test_the_image_shows_each_object_where_it_truly_is(objects):
-    config = StreamConfig(rate=1, seconds=3.0, objects=objects, exposure=0.01, seed=1)
+    config = StreamSettings(rate=1, seconds=3.0, objects=objects, exposure=0.01, seed=1)
     taught = models(config)
     assert len({model.name for model in taught}) == objects
     for shot in stream(config):
@@ -74,7 +74,7 @@ def test_blur_is_about_the_truth():
 
 @pytest.mark.parametrize("objects", COUNTS)
 def test_a_still_stream_is_still(objects):
-    config = StreamConfig(rate=10, seconds=0.4, objects=objects, motion="still")
+    config = StreamSettings(rate=10, seconds=0.4, objects=objects, motion="still")
     shots = list(stream(config))
     assert len(shots) == config.frames == 4
     first = shots[0]
@@ -92,7 +92,7 @@ def test_a_still_stream_is_still(objects):
 @pytest.mark.parametrize("objects", COUNTS)
 @pytest.mark.parametrize("seed", [0, 1])
 def test_hands_move_objects_within_their_bounds(objects, seed):
-    config = StreamConfig(objects=objects, seed=seed, speed=0.15)
+    config = StreamSettings(objects=objects, seed=seed, speed=0.15)
     step = 1 / 240
     times = np.arange(0.0, 3.0, step)
     for held in scene(config).held[:2]:
@@ -190,7 +190,7 @@ def test_the_rate_changes_only_how_often_one_looks():
 
 
 def test_the_detector_finds_what_is_taught():
-    config = StreamConfig(objects=3, rate=1, seconds=1.0)
+    config = StreamSettings(objects=3, rate=1, seconds=1.0)
     taught = models(config)
     shot = next(stream(config))
     found = {d.name: d for d in Detector(taught).detect(shot.frame)}
@@ -215,4 +215,4 @@ def test_the_detector_finds_what_is_taught():
 )
 def test_a_configuration_says_what_is_wrong(wrong, message):
     with pytest.raises(InvalidInputError, match=message):
-        StreamConfig(**wrong)
+        StreamSettings(**wrong)

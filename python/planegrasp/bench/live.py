@@ -12,7 +12,7 @@ import numpy as np
 from planegrasp.bench.in_process import in_process
 from planegrasp.bench.live_run import LiveRun, run_live
 from planegrasp.bench.result import BenchResult
-from planegrasp.bench.stream import StreamConfig, models, stream
+from planegrasp.bench.stream import StreamSettings, models, stream
 from planegrasp.detector import Detector
 from planegrasp.geometry import RigidTransform, Rotation, rotation_angle
 from planegrasp.tracking import Tracker
@@ -142,9 +142,11 @@ def run(seed: int, settings: LiveSettings, advance: Callable[[], None]) -> Bench
     )
 
 
-def _played(seed: int, repeat: int, kind: tuple[int, int], settings: LiveSettings) -> StreamConfig:
+def _played(
+    seed: int, repeat: int, kind: tuple[int, int], settings: LiveSettings
+) -> StreamSettings:
     objects, rate = kind
-    return StreamConfig(
+    return StreamSettings(
         rate=rate,
         seconds=settings.seconds,
         objects=objects,
@@ -177,7 +179,7 @@ def _compare(
     """Detect in every frame, and track one object, in alternation."""
     results = []
     for repeat in range(_COMPARED):
-        config = StreamConfig(
+        config = StreamSettings(
             seconds=settings.compared,
             objects=1,
             motion="still" if motion == "still" else "handheld",
@@ -188,7 +190,7 @@ def _compare(
     return results
 
 
-def _compare_one(config: StreamConfig) -> Compared:
+def _compare_one(config: StreamSettings) -> Compared:
     objects = models(config)
     name = objects[0].name
     detector, tracker, result = Detector(objects), Tracker(), Compared()

@@ -16,7 +16,7 @@ from planegrasp.live import Live
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planegrasp.bench.stream import StreamConfig, StreamFrame
+    from planegrasp.bench.stream import StreamFrame, StreamSettings
     from planegrasp.detection import Detection
 
 Verdict = Literal["seen", "false", "unseen"]
@@ -69,7 +69,7 @@ class LiveRun:
             setattr(self, name, getattr(self, name) + getattr(other, name))
 
 
-def run_live(config: StreamConfig) -> LiveRun:
+def run_live(config: StreamSettings) -> LiveRun:
     """Render a stream, then play it: a slow system misses frames, as with a camera."""
     objects = models(config)
     # All in memory before the clock starts: rendering takes longer than the time between frames.

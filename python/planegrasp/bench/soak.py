@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planegrasp.bench.result import BenchResult
-from planegrasp.bench.stream import StreamConfig, models, stream
+from planegrasp.bench.stream import StreamSettings, models, stream
 from planegrasp.detector import Detector
 from planegrasp.errors import CameraLostError
-from planegrasp.io.cameras import EventKind, NewestFrame
-from planegrasp.io.cameras import StreamConfig as CameraConfig
+from planegrasp.io.cameras import EventKind, NewestFrame, StreamConfig
 from planegrasp.live import Live
 
 if TYPE_CHECKING:
@@ -102,7 +101,7 @@ class LoopingCamera:
 
 def run(seed: int, settings: SoakSettings, advance: Callable[[], None]) -> BenchResult:
     """Track so many frames, and compare the process at the end with how it was."""
-    config = StreamConfig(seconds=3.0, objects=settings.objects, seed=seed)
+    config = StreamSettings(seconds=3.0, objects=settings.objects, seed=seed)
     objects = models(config)
     frames = [one.frame for one in stream(config)]
     camera = LoopingCamera(frames, settings.frames // (settings.losses + 1), settings.losses)
@@ -110,7 +109,7 @@ def run(seed: int, settings: SoakSettings, advance: Callable[[], None]) -> Bench
     seen = picked_up = lost = 0
     memory, threads = [], []
     # A camera that is back is looked for quickly: hours of waiting measure nothing.
-    waiting = CameraConfig(first_retry=0.01, longest_retry=0.02)
+    waiting = StreamConfig(first_retry=0.01, longest_retry=0.02)
     with Live(Detector(objects)) as live, NewestFrame(camera, waiting) as newest:
         for number in range(settings.frames):
             camera.wanted.set()

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from planegrasp.geometry import RigidTransform
     from planegrasp.rgbd import RGBDFrame
 
-__all__ = ["Absence", "StreamConfig", "StreamFrame", "absences", "models", "stream"]
+__all__ = ["Absence", "StreamFrame", "StreamSettings", "absences", "models", "stream"]
 
 Motion = Literal["still", "handheld"]
 
@@ -34,7 +34,7 @@ _DIAGONALS = {1: 0.3, 3: 0.2, 10: 0.16}
 
 
 @dataclass(frozen=True, slots=True)
-class StreamConfig:
+class StreamSettings:
     """What a stream shows.
 
     Attributes:
@@ -108,7 +108,7 @@ class StreamFrame:
     visible: Mapping[str, float]
 
 
-def models(config: StreamConfig) -> list[ObjectModel]:
+def models(config: StreamSettings) -> list[ObjectModel]:
     """The objects of a stream, to be taught; fewer than ten are well-textured ones by turns."""
     first = np.roll(textures.WELL_TEXTURED, -config.seed)
     names = [*first.tolist(), *textures.FURTHER, *textures.WEAK][: config.objects]
@@ -121,13 +121,13 @@ def models(config: StreamConfig) -> list[ObjectModel]:
     return found
 
 
-def absences(config: StreamConfig) -> tuple[Absence, ...]:
+def absences(config: StreamSettings) -> tuple[Absence, ...]:
     """When objects of a stream are away, in the order in which they appear again."""
     found = (a for held in stage(config, models(config)).held for a in held.life.absences)
     return tuple(sorted(found, key=lambda a: (a.appears, a.name)))
 
 
-def stream(config: StreamConfig) -> Iterator[StreamFrame]:
+def stream(config: StreamSettings) -> Iterator[StreamFrame]:
     """Render the frames of a stream; the same configuration gives the same frames."""
     scene = stage(config, models(config))
     for index in range(config.frames):

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from planegrasp.bench.stream import StreamConfig
+    from planegrasp.bench.stream import StreamSettings
     from planegrasp.objects import ObjectModel
 
 __all__ = ["Held", "Stage", "stage"]
@@ -90,7 +90,7 @@ class Stage:
         ]
 
 
-def stage(config: StreamConfig, models: Sequence[ObjectModel]) -> Stage:
+def stage(config: StreamSettings, models: Sequence[ObjectModel]) -> Stage:
     """Draw everything but the noise of the sensors."""
     rng = np.random.default_rng([config.seed, 0])
     places = regions(config.objects)
