@@ -132,7 +132,7 @@ def test_it_gives_up_when_time_is_up(pr2, checker, over_the_table):
     config = MotionConfig(time_limit=1e-6)
     result = plan_path(checker, pr2.arm(pr2.home), over_the_table, config=config)
     assert isinstance(result, MotionFailure)
-    assert result.reason == "no path found within 1e-06 s and 20000 postures each"
+    assert result.reason == "no path found within 1e-06 s and 3000 postures each"
 
 
 def test_it_gives_up_after_a_number_of_postures(pr2, checker, over_the_table):

@@ -88,6 +88,7 @@ class Attempt:
         scene.check_names(leaving)
         movers = (*body_names(robot.model), OBJECT)
         self._leaving, self._company = leaving, company
+        self._in_vain = 0
         self._gone = frozenset(frozenset((mover, name)) for mover in movers for name in leaving)
 
     def judge(
@@ -234,9 +235,12 @@ class Attempt:
         found: Path | MotionFailure = MotionFailure("")
         seed, motion = self._config.seed, self._config.motion
         for checker in self._movers:
+            if self._in_vain >= self._config.searches:
+                return MotionFailure(f"{self._in_vain} others were searched for in vain before")
             found = plan_path(checker, self._start, q, opening=opening, seed=seed, config=motion)
-            if found:
+            if isinstance(found, Path):
                 break
+            self._in_vain += found.is_costly
         return found
 
     def _doubt(

@@ -17,6 +17,7 @@ import numpy as np
 from planegrasp.errors import InvalidInputError
 from planegrasp.geometry import RigidTransform
 from planegrasp.grasping.cells import Grid, boxes_around
+from planegrasp.grasping.hidden_fingers import hidden_fingers
 from planegrasp.robot import frames
 from planegrasp.robot.scene import Obstacle
 
@@ -62,6 +63,9 @@ class ObstacleConfig:
         edge: what is seen within so many pixels of the image's edge goes on beyond it, away from
             the object: an arm that holds it does [px],
         beyond: by so much, within the radius [m].
+        fingers: a hand that holds the object has fingers over its edges, before and behind it, of
+            which little or nothing is seen: they reach in by this from where the hand is seen [m].
+            0 where nobody holds it.
         most: boxes, at least 26; where there are more, larger cells are joined.
 
     Raises:
@@ -79,6 +83,7 @@ class ObstacleConfig:
     thickness: float = 0.05
     edge: int = 8
     beyond: float = 0.25
+    fingers: float = 0.0
     most: int = 80
 
     def __post_init__(self) -> None:
@@ -130,6 +135,7 @@ def obstacles_from_depth(
     points = _without_noise(points, frame.camera.fx, T_camera_object, body, config)
     points = np.concatenate([points, _out_of_view(points, frame.camera, middle, config)])
     solid = np.asarray(T_camera_object.inv().apply(_thick(points, config)))
+    solid = np.concatenate([solid, hidden_fingers(solid, body, config.fingers)])
     solid = solid[~_inside(solid, body, 0.0)]
     if not len(solid):
         return ()

@@ -64,6 +64,7 @@ class PlannerConfig:
         inverse: search for postures.
         thorough: the same again, for grasps of which no posture has a way.
         motion: search for paths.
+        searches: so many of them at length and in vain, and no more are begun.
         seed: of all that is random.
     """
 
@@ -82,6 +83,7 @@ class PlannerConfig:
     inverse: IKConfig = field(default_factory=IKConfig)
     thorough: IKConfig = field(default_factory=lambda: IKConfig(solutions=16, starts=40))
     motion: MotionConfig = field(default_factory=MotionConfig)
+    searches: int = 4
     seed: int = 0
 
     def __post_init__(self) -> None:

@@ -36,6 +36,7 @@ class MotionConfig:
         most_checks: postures that are checked for one path before it is given up; the same on every
             machine.
         attempts: paths that are looked for, with different random numbers; the shortest is taken.
+            Where two of them found none, there is hardly one.
         rounding: passes of averaging that round corners.
         line_step: of the gripper along a straight line [m].
         turn_step: of the gripper's rotation along it [rad].
@@ -44,7 +45,7 @@ class MotionConfig:
 
     step: float = 0.02
     time_limit: float = 3.0
-    most_checks: int = 20_000
+    most_checks: int = 3_000
     attempts: int = 3
     rounding: int = 60
     line_step: float = 0.005
@@ -114,7 +115,8 @@ def plan_path(
     )
     if waypoints is None:
         return MotionFailure(
-            f"no path found within {config.time_limit:g} s and {config.most_checks} postures each"
+            f"no path found within {config.time_limit:g} s and {config.most_checks} postures each",
+            is_costly=True,
         )
     dense = densify(waypoints, config.step)
     if not is_free(dense):

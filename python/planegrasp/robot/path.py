@@ -70,11 +70,13 @@ class MotionFailure:
         reason: in words.
         fraction: how far it got, 0 … 1.
         path: until there, None where it did not begin.
+        is_costly: whether it was searched for at length.
     """
 
     reason: str
     fraction: float = 0.0
     path: Path | None = None
+    is_costly: bool = False
 
     def __bool__(self) -> bool:
         return False

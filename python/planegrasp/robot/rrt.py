@@ -24,6 +24,10 @@ _OMPL = threading.Lock()
 _SHORTENINGS = 3
 
 
+# So many attempts in vain, and another one will hardly find a path.
+_HOPELESS = 2
+
+
 def find_waypoints(
     is_free: Callable[[Float64Array], bool],
     start: Float64Array,
@@ -49,13 +53,13 @@ def find_waypoints(
         resolution: Euclidean distance of the points checked between corners [rad].
         time_limit: after which no further attempt begins [s]; an attempt may take as long, too.
         most_checks: postures that are checked in an attempt before it is given up.
-        attempts: number of paths to choose from.
+        attempts: number of paths to choose from; no more are looked for after two in vain.
         seed: ≥ 0.
     """
     if seed < 0:
         raise InvalidInputError(f"a seed must be ≥ 0, got {seed}")
     shortest: Float64Array | None = None
-    length = np.inf
+    length, failures = np.inf, 0
     end = time.monotonic() + time_limit
     for attempt in range(attempts):
         left = end - time.monotonic()
@@ -75,6 +79,9 @@ def find_waypoints(
                 most_checks=most_checks,
             )
         if corners is None:
+            failures += 1
+            if failures == _HOPELESS:
+                break
             continue
         candidate = float(np.linalg.norm(np.diff(corners, axis=0), axis=1).sum())
         if candidate < length:

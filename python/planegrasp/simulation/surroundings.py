@@ -5,12 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planegrasp.geometry import RigidTransform
-from planegrasp.grasping.obstacles import holding, obstacles_from_depth
+from planegrasp.grasping.obstacles import ObstacleConfig, holding, obstacles_from_depth
 from planegrasp.robot.scene import Obstacle, Scene
-from planegrasp.simulation.supports import Tripod
+from planegrasp.simulation.supports import Hand, Tripod
 
 if TYPE_CHECKING:
-    from planegrasp.grasping.obstacles import ObstacleConfig
     from planegrasp.simulation.driver import SimulatedEyes
     from planegrasp.simulation.world import World
 
@@ -18,6 +17,8 @@ __all__ = ["floor_obstacle", "surroundings"]
 
 # How far the floor reaches, and how thick its box is [m].
 _FLOOR = (6.0, 6.0, 0.1)
+# How far a person's fingers reach over an object's edge [m].
+_FINGERS = 0.07
 
 
 def surroundings(
@@ -38,6 +39,9 @@ def surroundings(
         config: what of the depth image counts.
     """
     body = world.object_model.outer_body
+    if config is None:
+        # Whether somebody holds it a robot is told, as it is told to follow.
+        config = ObstacleConfig(fingers=_FINGERS if isinstance(world.support, Hand) else 0.0)
     seen: tuple[Obstacle, ...] = ()
     if eyes.last is not None:
         seen = obstacles_from_depth(
