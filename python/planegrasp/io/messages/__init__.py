@@ -14,6 +14,7 @@ from planegrasp.io.messages.grasps import (
 )
 from planegrasp.io.messages.header import Header, Stamp
 from planegrasp.io.messages.library import FaceSize, LibraryEvent, LibraryEventKind, library_events
+from planegrasp.io.messages.live_messages import live_messages
 from planegrasp.io.messages.objects import (
     DetectedObject,
     DetectionsMessage,
@@ -29,6 +30,7 @@ from planegrasp.io.messages.pose import (
     TwistWithCovariance,
     parent_covariance,
 )
+from planegrasp.io.messages.task import task_from_json, task_to_json
 
 __all__ = [
     "Box",
@@ -51,6 +53,9 @@ __all__ = [
     "detections_message",
     "grasp_message",
     "library_events",
+    "live_messages",
     "parent_covariance",
+    "task_from_json",
+    "task_to_json",
     "tracks_message",
 ]

@@ -4,9 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from planegrasp.errors import InvalidInputError
+import numpy as np
 
-__all__ = ["FrameIds"]
+from planegrasp.errors import InvalidInputError
+from planegrasp.geometry import RigidTransform
+
+__all__ = ["OPTICAL_IN_BODY", "FrameIds"]
+
+OPTICAL_IN_BODY = RigidTransform.from_matrix(
+    np.array([[0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1]], dtype=np.float64)
+)
+"""T_body_optical of a camera by REP-103: the body's x is forward, y left, z up."""
 
 
 @dataclass(frozen=True, slots=True)
