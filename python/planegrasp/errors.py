@@ -68,6 +68,8 @@ class RecordingError(PlanegraspError):
 
 class ViewerError(PlanegraspError):
     """A viewer cannot be started, or takes no data any more."""
+
+
 class NetworkError(PlanegraspError):
     """A network interface is not there, or cannot be used."""
 

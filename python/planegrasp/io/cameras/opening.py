@@ -11,6 +11,7 @@ from planegrasp.errors import InvalidInputError, SourceError
 if TYPE_CHECKING:
     from planegrasp.geometry import PinholeCamera
     from planegrasp.io.cameras.base import Camera
+    from planegrasp.io.ros2 import DdsNode
     from planegrasp.io.sources import RecordingTopics
 
 DRIVERS = ("realsense", "opencv", "openni", "ros2")
@@ -32,6 +33,7 @@ def open_camera(
     frames_per_second: int | None = None,
     depth_scale: float | None = None,
     topics: RecordingTopics | None = None,
+    node: DdsNode | None = None,
 ) -> Camera:
     """The camera of that name, which starts when `NewestFrame` or its `open` does so.
 
@@ -51,6 +53,8 @@ def open_camera(
         height: of the images [px].
         frames_per_second: by default the driver's choice, 30 where it has to be told.
         depth_scale: metres per unit of 16-bit depth of ROS; millimetres by default.
+        node: participant in DDS to read topics of ROS with; by default one of its own, where the
+            environment says (`DdsConfig.from_environment`).
         topics: of depth and camera_info in ROS, where the choice by name is not the right one.
 
     Raises:
@@ -71,6 +75,10 @@ def open_camera(
         )
     mode = StreamMode(width, height, frames_per_second)
     intrinsics = read_camera(camera)[0] if isinstance(camera, (str, Path)) else camera
+    if driver != "ros2" and not (topics is None and depth_scale is None):
+        raise InvalidInputError(
+            f"topics and a depth scale are for recordings and cameras of ROS, {name} is neither"
+        )
     if driver == "opencv":
         from planegrasp.io.cameras.opencv import OpenCVCamera
 
@@ -93,7 +101,7 @@ def open_camera(
             )
         from planegrasp.io.cameras.ros2 import Ros2Camera
 
-        return Ros2Camera(device, topics, intrinsics, depth_scale)
+        return Ros2Camera(device, topics, intrinsics, depth_scale, node)
     raise InvalidInputError(
         f"no camera is named {name!r}: expected realsense, realsense:SERIAL, openni, "
         f"opencv:0, opencv:rtsp://… or ros2:/TOPIC"

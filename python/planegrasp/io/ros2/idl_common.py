@@ -14,7 +14,7 @@ from cyclonedds.idl.annotations import final
 from cyclonedds.idl.types import array, float32, float64, int32, sequence, uint32
 
 
-def numbers(values: Any) -> list[Any]:
+def numbers(values: Any) -> Any:
     """Arrays as the lists that cyclonedds takes and gives."""
     return values if isinstance(values, list) else np.asarray(values).tolist()
 

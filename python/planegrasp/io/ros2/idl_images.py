@@ -40,7 +40,7 @@ class Image(IdlStruct, typename="sensor_msgs::msg::dds_::Image_"):
     data: sequence[uint8]
 
     def __post_init__(self) -> None:
-        self.data = bytes(self.data)
+        self.data = _raw(self.data)
 
     def serialize(
         self, buffer: Any = None, endianness: Any = None, use_version_2: bool | None = None
@@ -75,7 +75,7 @@ class CompressedImage(IdlStruct, typename="sensor_msgs::msg::dds_::CompressedIma
     data: sequence[uint8]
 
     def __post_init__(self) -> None:
-        self.data = bytes(self.data)
+        self.data = _raw(self.data)
 
     def serialize(
         self, buffer: Any = None, endianness: Any = None, use_version_2: bool | None = None
@@ -142,6 +142,10 @@ def _from_bytes(head: Any, data: bytes) -> list[Any]:
     (count,) = struct.unpack_from("<I" if data[1] & 1 else ">I", data, begin)
     content = bytes(data[begin + 4 : begin + 4 + count])
     return [*(getattr(first, field.name) for field in fields(head)), content]
+
+
+def _raw(data: Any) -> Any:
+    return bytes(data)
 
 
 def _aligned(data: bytes) -> bytes:
