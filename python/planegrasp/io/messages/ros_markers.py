@@ -96,8 +96,9 @@ class _Maker:
 
     def color(self, rgb: RGB, alpha: float) -> Any:
         """std_msgs/ColorRGBA."""
-        r, g, b = (value / 255 for value in rgb)
-        return self.types("std_msgs/msg/ColorRGBA")(r=r, g=g, b=b, a=alpha)
+        # As float32, which the message holds, so that what is read equals what was written.
+        r, g, b, a = np.array([*(value / 255 for value in rgb), alpha], np.float32).tolist()
+        return self.types("std_msgs/msg/ColorRGBA")(r=r, g=g, b=b, a=a)
 
 
 def _shown(maker: _Maker, tracked: TrackedObject, colors: Mapping[str, RGB] | None) -> list[Any]:
