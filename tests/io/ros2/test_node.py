@@ -6,28 +6,18 @@ import signal
 import time
 
 import pytest
-from echo import topic_of
-from examples import messages
+from ros2_driver import until
+from ros2_echo import topic_of
+from ros2_examples import messages
 
 from planegrasp.errors import InvalidInputError, NetworkError
 from planegrasp.io.ros2 import DdsConfig, DdsNode, dds_type
 from planegrasp.io.ros2.names import check_topic, dds_topic, ros_topic, topic_parts
 from planegrasp.io.ros2.qos import KEPT, SENSOR
 
-_PATIENCE = 20.0  # far more than it takes [s]
-
-
-def until(condition, seconds=_PATIENCE):
-    """The first value of a function that is true."""
-    end = time.monotonic() + seconds
-    while not (value := condition()):
-        assert time.monotonic() < end, "it did not happen in time"
-        time.sleep(0.005)
-    return value
-
 
 def test_every_type_there_and_back(node, domain, start):
-    start("echo.py", domain)
+    start("ros2_echo.py", domain)
     expected = messages(dds_type)
     ways = {
         kind: (node.writer(topic_of(kind, "in"), kind), node.reader(topic_of(kind, "out"), kind))
@@ -50,7 +40,7 @@ def test_peer_that_was_killed_receives_again(node, domain, start):
     large = messages(dds_type)["sensor_msgs/msg/Image"]
     large.data = bytes(1_000_000)
     for run in range(3):
-        process = start("echo.py", domain)
+        process = start("ros2_echo.py", domain)
         sent = dds_type(kind)(data=f"run {run}")
 
         def echoed(sent=sent):

@@ -9,7 +9,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-from driver import CAMERA, COLOR, DEPTH, INFO, Driver, color_image, depth_image
+from ros2_driver import CAMERA, COLOR, DEPTH, INFO, Driver, color_image, depth_image
 
 from planegrasp.errors import CameraLostError, InvalidInputError
 from planegrasp.geometry import PinholeCamera
@@ -151,7 +151,7 @@ def test_camera_without_calibration(node, camera_of):
 
 def test_without_camera_info_a_camera_file_is_needed(node, camera_of):
     with Driver(node, camera=None, depth=None).running():
-        with pytest.raises(CameraLostError, match="no camera_info for .*: give a camera file"):
+        with pytest.raises(CameraLostError, match=r"no camera_info for .*: give a camera file"):
             camera_of().open()
         known = camera_of(camera=CAMERA)
         known.open()
@@ -214,8 +214,10 @@ def test_two_publishers(node, camera_of):
 def test_driver_that_is_restarted(node, camera_of):
     camera = camera_of()
     old = Driver(node)
-    with old.running(), NewestFrame(camera) as stream:
-        assert stream.next(10.0) is not None
+    with ExitStack() as stack:
+        with old.running():
+            stream = stack.enter_context(NewestFrame(camera))
+            assert stream.next(10.0) is not None
         old.close()
         new = Driver(node, color=color_image(2))
         with new.running():
@@ -244,5 +246,5 @@ def test_names_and_options():
         open_camera("ros2:image")
     with pytest.raises(InvalidInputError, match="no field of view, size or rate"):
         open_camera("ros2", width=640, height=480)
-    with pytest.raises(InvalidInputError, match="for recordings and cameras of ROS"):
+    with pytest.raises(InvalidInputError, match="for recordings, opencv:0 is a camera"):
         open_camera("opencv:0", topics=RecordingTopics("/a"))

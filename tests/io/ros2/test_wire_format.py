@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("cyclonedds")
 pytest.importorskip("rosbags")
 
-from examples import HEADER, detections, messages, tracks
+from ros2_examples import HEADER, detections, messages, tracks
 from ros_types import same, types_of, typestore
 from rosbags.typesys import Stores
 

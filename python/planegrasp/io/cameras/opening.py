@@ -77,7 +77,7 @@ def open_camera(
     intrinsics = read_camera(camera)[0] if isinstance(camera, (str, Path)) else camera
     if driver != "ros2" and not (topics is None and depth_scale is None):
         raise InvalidInputError(
-            f"topics and a depth scale are for recordings and cameras of ROS, {name} is neither"
+            f"topics and a depth scale are for ROS and for recordings, {name} is a camera"
         )
     if driver == "opencv":
         from planegrasp.io.cameras.opencv import OpenCVCamera

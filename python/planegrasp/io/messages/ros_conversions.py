@@ -42,7 +42,7 @@ UNKNOWN_COVARIANCE = (-1.0, *[0.0] * 35)
 class MessageTypes(Protocol):
     """Gives the class of a message, which takes its members by name."""
 
-    def __call__(self, name: str) -> Any:
+    def __call__(self, name: str, /) -> Any:
         """The class of, for example, ``geometry_msgs/msg/Pose``."""
         ...
 

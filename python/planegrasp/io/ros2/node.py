@@ -182,14 +182,14 @@ class DdsNode(ClosesAtEnd):
 
     def published(self) -> dict[str, Published]:
         """What others publish in the domain at present, by topic."""
-        own = self._participant.get_instance_handle()
+        own = _unsigned(self._participant.get_instance_handle())
         alive = ReadCondition(
             self._endpoints, SampleState.Any | ViewState.Any | InstanceState.Alive
         )
         found: dict[str, Published] = {}
         for endpoint in self._endpoints.read(_MOST_ENDPOINTS, alive):
             topic = ros_topic(endpoint.topic_name)
-            if topic is not None and endpoint.participant_instance_handle != own:
+            if topic is not None and _unsigned(endpoint.participant_instance_handle) != own:
                 reliable = isinstance(endpoint.qos[Policy.Reliability], Policy.Reliability.Reliable)
                 others = found.get(topic)
                 found[topic] = Published(
@@ -267,14 +267,14 @@ class Reader:
         """What has come, oldest first: each message with a number of who published it."""
         samples = self._reader.take(_MOST_SAMPLES)
         return [
-            (sample, int(sample.sample_info.publication_handle))
+            (sample, _unsigned(sample.sample_info.publication_handle))
             for sample in samples
             if sample.sample_info.valid_data
         ]
 
     def publisher_is_there(self, number: int) -> bool:
         """Whether who published a message still does."""
-        return number in self._reader.get_matched_publications()
+        return number in map(_unsigned, self._reader.get_matched_publications())
 
     def close(self) -> None:
         """End it."""
@@ -307,6 +307,11 @@ def _domain(number: int, xml: str) -> Domain | None:
         if error.code == DDSException.DDS_RETCODE_PRECONDITION_NOT_MET:
             return None
         raise
+
+
+def _unsigned(handle: int) -> int:
+    """An instance handle, which cyclonedds gives with or without sign, depending on where."""
+    return handle % 2**64
 
 
 def _interfaces() -> list[str]:

@@ -13,6 +13,7 @@ __all__ = ["DEFAULT", "KEPT", "SENSOR", "TF", "TF_STATIC", "Profile"]
 
 # A reader that was killed is missed only after some seconds. ROS 2 lets writers wait for it.
 _BLOCKING = 0.005  # [s]
+_UNLIMITED = -1
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +33,15 @@ class Profile:
 
     def of_writer(self) -> Qos:
         """For a writer."""
-        return Qos(*self._common(), Policy.WriterDataLifecycle(autodispose=False))
+        # For those that come later as much is kept as for the others; by default it is one message.
+        kept = Policy.DurabilityService(
+            cleanup_delay=0,
+            history=Policy.History.KeepLast(self.depth),
+            max_samples=_UNLIMITED,
+            max_instances=_UNLIMITED,
+            max_samples_per_instance=_UNLIMITED,
+        )
+        return Qos(*self._common(), kept, Policy.WriterDataLifecycle(autodispose=False))
 
     def of_reader(self) -> Qos:
         """For a reader."""

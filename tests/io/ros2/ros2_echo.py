@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import time
 
-from examples import messages
+from ros2_examples import messages
 
 from planegrasp.io.ros2 import DdsConfig, DdsNode, dds_type
 

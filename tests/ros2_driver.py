@@ -64,6 +64,11 @@ class Driver:
         if self.depth is not None:
             self._depth = self.node.writer(DEPTH, "sensor_msgs/msg/Image")
 
+    def send_frame(self, frame, nanoseconds=None):
+        """Publish what an `RGBDFrame` has, of the same camera."""
+        self.color, self.depth, self.camera = frame.color, frame.depth, frame.camera
+        return self.send(nanoseconds)
+
     def send(self, nanoseconds=None):
         """Publish one frame."""
         taken = time.time_ns() if nanoseconds is None else nanoseconds
@@ -99,3 +104,12 @@ class Driver:
         for writer in (self._color, self._info, self._depth):
             if writer is not None:
                 writer.close()
+
+
+def until(condition, seconds=20.0):
+    """The first value of a function that is true; far more time than it takes is allowed [s]."""
+    end = time.monotonic() + seconds
+    while not (value := condition()):
+        assert time.monotonic() < end, "it did not happen in time"
+        time.sleep(0.005)
+    return value
