@@ -12,8 +12,8 @@ import numpy as np
 
 from planegrasp.geometry import PinholeCamera
 from planegrasp.io.messages import Header, Stamp
-from planegrasp.io.messages.ros_conversions import camera_info_message, image_message
-from planegrasp.io.ros2 import dds_type
+from planegrasp.io.ros2.conversions import camera_info_message, image_message
+from planegrasp.io.ros2.dds import dds_type
 
 COLOR = "/camera/color/image_raw"
 INFO = "/camera/color/camera_info"

@@ -20,8 +20,8 @@ from ros2_driver import COLOR, Driver, until
 
 from planegrasp.geometry import RigidTransform, Rotation
 from planegrasp.io.recording import open_recorder
-from planegrasp.io.ros2 import DdsConfig, DdsNode, dds_type
-from planegrasp.io.ros2.qos import KEPT, TF_STATIC
+from planegrasp.io.ros2.dds import DdsConfig, DdsNode, dds_type
+from planegrasp.io.ros2.profiles import KEPT, TF_STATIC
 from planegrasp.library import ObjectLibrary
 
 _MAIN = "from planegrasp.cli import main; main()"

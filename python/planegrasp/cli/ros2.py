@@ -106,7 +106,8 @@ def ros2(
     from planegrasp.io.cameras import NewestFrame, StreamConfig
     from planegrasp.io.cameras.ros2 import Ros2Camera
     from planegrasp.io.messages import FrameIds, Stamp, library_events
-    from planegrasp.io.ros2 import DdsConfig, DdsNode, LivePublisher, LiveTopics
+    from planegrasp.io.ros2 import LivePublisher, LiveTopics
+    from planegrasp.io.ros2.dds import DdsConfig, DdsNode
     from planegrasp.io.ros2.task_topic import TaskTopic
     from planegrasp.live import Live
 

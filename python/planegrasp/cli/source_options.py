@@ -12,7 +12,7 @@ from planegrasp.errors import InvalidInputError
 
 if TYPE_CHECKING:
     from planegrasp.io.cameras import Camera
-    from planegrasp.io.ros2 import DdsNode
+    from planegrasp.io.ros2 import Transport
     from planegrasp.io.sources import FrameSource, RecordingTopics
 
 SourceArgument = Annotated[
@@ -92,7 +92,7 @@ def open_frames(
     depth_scale: float | None,
     mode: tuple[int | None, int | None, int | None],
     topics: tuple[str | None, str | None, str | None],
-    node: DdsNode | None = None,
+    node: Transport | None = None,
 ) -> Camera | FrameSource:
     """What the options ask for, not started.
 

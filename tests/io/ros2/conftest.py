@@ -12,7 +12,7 @@ import pytest
 pytest.importorskip("cyclonedds")
 pytest.importorskip("rosbags")
 
-from planegrasp.io.ros2 import DdsConfig, DdsNode
+from planegrasp.io.ros2.dds import DdsConfig, DdsNode
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import time
 
 from ros2_examples import messages
 
-from planegrasp.io.ros2 import DdsConfig, DdsNode, dds_type
+from planegrasp.io.ros2.dds import DdsConfig, DdsNode, dds_type
 
 
 def topic_of(kind, way):

@@ -17,14 +17,14 @@ from planegrasp.io.messages import (
     TracksMessage,
     TwistWithCovariance,
 )
-from planegrasp.io.messages.ros_conversions import (
+from planegrasp.io.ros2.conversions import (
     camera_info_message,
     detection3d_array,
     image_message,
     pose_stamped,
     tf_message,
 )
-from planegrasp.io.messages.ros_markers import marker_array
+from planegrasp.io.ros2.markers import marker_array
 
 HEADER = Header(Stamp(1_700_000_000, 123_456_789), "camera_color_optical_frame")
 CAMERA = PinholeCamera(7, 5, 8.0, 8.5, 3.0, 2.0, (0.1, -0.2, 0.01, 0.02, 0.3))

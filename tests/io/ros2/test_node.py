@@ -11,9 +11,9 @@ from ros2_echo import topic_of
 from ros2_examples import messages
 
 from planegrasp.errors import InvalidInputError, NetworkError
-from planegrasp.io.ros2 import DdsConfig, DdsNode, dds_type
+from planegrasp.io.ros2.dds import DdsConfig, DdsNode, dds_type
 from planegrasp.io.ros2.names import check_topic, dds_topic, ros_topic, topic_parts
-from planegrasp.io.ros2.qos import KEPT, SENSOR
+from planegrasp.io.ros2.profiles import KEPT, SENSOR
 
 
 def test_every_type_there_and_back(node, domain, start):

@@ -16,8 +16,8 @@ from planegrasp.geometry import PinholeCamera
 from planegrasp.io.cameras import EventKind, NewestFrame, open_camera
 from planegrasp.io.cameras.ros2 import Ros2Camera
 from planegrasp.io.messages import Header, Stamp
-from planegrasp.io.messages.ros_conversions import camera_info_message
-from planegrasp.io.ros2 import DdsConfig, DdsNode, dds_type
+from planegrasp.io.ros2.conversions import camera_info_message
+from planegrasp.io.ros2.dds import DdsConfig, DdsNode, dds_type
 from planegrasp.io.sources import RecordingTopics
 
 

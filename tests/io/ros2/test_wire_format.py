@@ -13,8 +13,8 @@ from ros_types import same, types_of, typestore
 from rosbags.typesys import Stores
 
 from planegrasp.errors import InvalidInputError
-from planegrasp.io.messages.ros_conversions import UNKNOWN_COVARIANCE, image_message
-from planegrasp.io.ros2.types import dds_type, ros_name
+from planegrasp.io.ros2.conversions import UNKNOWN_COVARIANCE, image_message
+from planegrasp.io.ros2.dds.types import dds_type, ros_name
 
 KINDS = sorted(messages(dds_type))
 

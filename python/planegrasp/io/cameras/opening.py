@@ -11,7 +11,7 @@ from planegrasp.errors import InvalidInputError, SourceError
 if TYPE_CHECKING:
     from planegrasp.geometry import PinholeCamera
     from planegrasp.io.cameras.base import Camera
-    from planegrasp.io.ros2 import DdsNode
+    from planegrasp.io.ros2 import Transport
     from planegrasp.io.sources import RecordingTopics
 
 DRIVERS = ("realsense", "opencv", "openni", "ros2")
@@ -33,7 +33,7 @@ def open_camera(
     frames_per_second: int | None = None,
     depth_scale: float | None = None,
     topics: RecordingTopics | None = None,
-    node: DdsNode | None = None,
+    node: Transport | None = None,
 ) -> Camera:
     """The camera of that name, which starts when `NewestFrame` or its `open` does so.
 
@@ -99,6 +99,8 @@ def open_camera(
                 "camera_info says what there is to know of images of ROS: give no field of view, "
                 "size or rate"
             )
+        if node is None:
+            from planegrasp.io.ros2.dds import _dependencies  # noqa: F401 - says what is missing
         from planegrasp.io.cameras.ros2 import Ros2Camera
 
         return Ros2Camera(device, topics, intrinsics, depth_scale, node)

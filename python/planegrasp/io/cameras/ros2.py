@@ -14,7 +14,6 @@ from planegrasp.io.cameras.ros2_topic import OneTopic
 from planegrasp.io.images import MILLIMETRES
 from planegrasp.io.pairing import FramePairing
 from planegrasp.io.ros2.names import check_topic
-from planegrasp.io.ros2.node import DdsConfig, DdsNode, Waiting
 from planegrasp.io.sources.ros_topics import RecordingTopics, choose_topics
 
 if TYPE_CHECKING:
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
 
     from planegrasp.geometry import PinholeCamera
     from planegrasp.io.messages.header import Header
+    from planegrasp.io.ros2.transport import Transport, Waiting
     from planegrasp.rgbd import RGBDFrame
 
 __all__ = ["Ros2Camera"]
@@ -37,7 +37,7 @@ _MOST_REPORTS = 100
 
 
 class Ros2Camera:
-    """A `Camera` by the topics of a ROS 2 driver, read through DDS.
+    """A `Camera` by the topics of a ROS 2 driver.
 
     Colour goes with the depth whose stamp is nearest, within 1/60 s; else it comes without depth.
     Of several publishers of a topic the first one heard is listened to until it is silent. What is
@@ -55,7 +55,7 @@ class Ros2Camera:
         topics: RecordingTopics | None = None,
         camera: PinholeCamera | None = None,
         depth_scale: float | None = None,
-        node: DdsNode | Callable[[], DdsNode] | None = None,
+        node: Transport | Callable[[], Transport] | None = None,
     ) -> None:
         """Remember what to open.
 
@@ -80,7 +80,7 @@ class Ros2Camera:
                 check_topic(name)
         self._frames = FrameMaker(camera, depth_scale or MILLIMETRES)
         self._given_node = node
-        self._node: DdsNode | None = None
+        self._node: Transport | None = None
         self._color: OneTopic | None = None
         self._depth: OneTopic | None = None
         self._info: OneTopic | None = None
@@ -126,7 +126,7 @@ class Ros2Camera:
             self._depth = self._subscribed(node, self.topics.depth)
             self._info = self._subscribed(node, self.topics.info)
             readers = [o.reader for o in (self._color, self._depth, self._info) if o is not None]
-            self._waiting = Waiting(node, readers)
+            self._waiting = node.waiting(readers)
         except BaseException:
             self.close()
             raise
@@ -162,19 +162,21 @@ class Ros2Camera:
             self._node.close()
         self._node = None
 
-    def _open_node(self) -> DdsNode:
-        if isinstance(self._given_node, DdsNode):
-            self._node = self._given_node
-        elif self._given_node is not None:
+    def _open_node(self) -> Transport:
+        if self._given_node is None:
+            from planegrasp.io.ros2.dds import DdsConfig, DdsNode
+
+            self._node = DdsNode(DdsConfig.from_environment())
+        elif callable(self._given_node):
             self._node = self._given_node()
         else:
-            self._node = DdsNode(DdsConfig.from_environment())
+            self._node = self._given_node
         return self._node
 
-    def _found_topics(self, node: DdsNode) -> RecordingTopics:
+    def _found_topics(self, node: Transport) -> RecordingTopics:
         """The topics to read, when there are some."""
         needs_info = not self._frames.is_calibrated
-        where = f"domain {node.config.domain}"
+        where = node.where
         deadline = time.monotonic() + _TIMEOUT
         settled: float | None = None
         while True:
@@ -190,7 +192,7 @@ class Ros2Camera:
                     return found
             time.sleep(_GLANCE)
 
-    def _subscribed(self, node: DdsNode, topic: str | None) -> OneTopic | None:
+    def _subscribed(self, node: Transport, topic: str | None) -> OneTopic | None:
         if not topic:
             return None
         published = node.published().get(topic)

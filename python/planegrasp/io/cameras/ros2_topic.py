@@ -5,12 +5,12 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Any, Self
 
-from planegrasp.io.ros2.qos import SENSOR, Profile
+from planegrasp.io.ros2.profiles import SENSOR, Profile
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from planegrasp.io.ros2.node import DdsNode, Published, Reader
+    from planegrasp.io.ros2.transport import Published, Reader, Transport
 
 __all__ = ["OneTopic"]
 
@@ -32,7 +32,7 @@ class OneTopic:
         self._heard = 0.0
 
     @classmethod
-    def of(cls, node: DdsNode, topic: str, published: Published) -> Self:
+    def of(cls, node: Transport, topic: str, published: Published) -> Self:
         """Subscribe as well as the publishers offer: large images lose parts where nobody asks."""
         profile = Profile(SENSOR.depth) if published.reliable else SENSOR
         return cls(node.reader(topic, published.message, profile))

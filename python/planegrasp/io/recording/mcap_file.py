@@ -9,8 +9,8 @@ import numpy as np
 
 from planegrasp.errors import MissingExtraError, RecordingError
 from planegrasp.io.messages.header import Header, Stamp
-from planegrasp.io.messages.ros_conversions import camera_info_message, image_message
 from planegrasp.io.recording.base import Recorder, whole_millimetres
+from planegrasp.io.ros2.conversions import camera_info_message, image_message
 
 try:
     from mcap.writer import Writer

@@ -1,17 +1,19 @@
-"""ROS 2 without a ROS installation: its topics, types and quality of service over DDS."""
+"""Topics of ROS 2: names, messages and what a live system publishes, by whatever transport.
 
-from planegrasp.io.ros2.node import DdsConfig, DdsNode, Published, Reader, Writer
+`planegrasp.io.ros2.dds` is the transport that needs no ROS installation.
+"""
+
 from planegrasp.io.ros2.publisher import LivePublisher
 from planegrasp.io.ros2.topics import LiveTopics
-from planegrasp.io.ros2.types import dds_type
+from planegrasp.io.ros2.transport import MessageTypes, Published, Reader, Transport, Waiting, Writer
 
 __all__ = [
-    "DdsConfig",
-    "DdsNode",
     "LivePublisher",
     "LiveTopics",
+    "MessageTypes",
     "Published",
     "Reader",
+    "Transport",
+    "Waiting",
     "Writer",
-    "dds_type",
 ]

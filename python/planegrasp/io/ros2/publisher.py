@@ -11,17 +11,16 @@ from planegrasp.io.messages.frames import OPTICAL_IN_BODY, FrameIds
 from planegrasp.io.messages.header import Header, Stamp
 from planegrasp.io.messages.live_messages import live_messages
 from planegrasp.io.messages.pose import Pose
-from planegrasp.io.messages.ros_conversions import (
+from planegrasp.io.ros2.conversions import (
     detection3d_array,
     image_message,
     pose_stamped,
     tf_message,
 )
-from planegrasp.io.messages.ros_markers import marker_array
+from planegrasp.io.ros2.markers import marker_array
 from planegrasp.io.ros2.names import topic_parts
-from planegrasp.io.ros2.qos import KEPT, TF, TF_STATIC, Profile
+from planegrasp.io.ros2.profiles import KEPT, OVERLAY, TF, TF_STATIC
 from planegrasp.io.ros2.topics import LiveTopics
-from planegrasp.io.ros2.types import dds_type
 from planegrasp.viz.overlay import draw_detections
 from planegrasp.viz.palette import object_colors
 
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
 
     from planegrasp.io.messages.library import LibraryEvent
     from planegrasp.io.messages.objects import TracksMessage
-    from planegrasp.io.ros2.node import DdsNode, Writer
+    from planegrasp.io.ros2.transport import Transport, Writer
     from planegrasp.live import LiveFrame
     from planegrasp.objects import ObjectModel
 
@@ -38,7 +37,6 @@ __all__ = ["LivePublisher"]
 
 _POSE = "geometry_msgs/msg/PoseWithCovarianceStamped"
 _TF = "tf2_msgs/msg/TFMessage"
-_OVERLAY = Profile(depth=2)  # large, and only the newest matters
 
 
 class LivePublisher(ClosesAtEnd):
@@ -49,7 +47,7 @@ class LivePublisher(ClosesAtEnd):
 
     def __init__(
         self,
-        node: DdsNode,
+        node: Transport,
         models: Iterable[ObjectModel],
         ids: FrameIds | None = None,
         topics: LiveTopics | None = None,
@@ -76,7 +74,7 @@ class LivePublisher(ClosesAtEnd):
         self._colors = object_colors(names)
         self._detections = node.writer(self._topics.detections, "vision_msgs/msg/Detection3DArray")
         self._markers = node.writer(self._topics.markers, "visualization_msgs/msg/MarkerArray")
-        self._overlay = node.writer(self._topics.overlay, "sensor_msgs/msg/Image", _OVERLAY)
+        self._overlay = node.writer(self._topics.overlay, "sensor_msgs/msg/Image", OVERLAY)
         self._events = node.writer(self._topics.events, "std_msgs/msg/String", KEPT)
         self._tf = node.writer("/tf", _TF, TF)
         self._poses = {(name, 0): self._pose_writer(name, 0) for name in names}
@@ -85,7 +83,7 @@ class LivePublisher(ClosesAtEnd):
             self._static = node.writer("/tf_static", _TF, TF_STATIC)
             header = Header(Stamp(), body_frame)
             transforms = [(header, self._ids.camera, Pose.of(OPTICAL_IN_BODY))]
-            self._static.write(tf_message(dds_type, transforms))
+            self._static.write(tf_message(self._node.types, transforms))
 
     @property
     def refused(self) -> int:
@@ -103,12 +101,12 @@ class LivePublisher(ClosesAtEnd):
         detections, tracks = live_messages(seen, self._ids, header)
         self._publish_poses(tracks)
         if self._detections.is_wanted:
-            self._detections.write(detection3d_array(dds_type, detections))
+            self._detections.write(detection3d_array(self._node.types, detections))
         if self._markers.is_wanted and (tracks.objects or tracks.lost):
-            self._markers.write(marker_array(dds_type, tracks, self._colors))
+            self._markers.write(marker_array(self._node.types, tracks, self._colors))
         if self._overlay.is_wanted:
             drawn = draw_detections(seen.frame, seen.detections, self._colors)
-            self._overlay.write(image_message(dds_type, detections.header, drawn, "rgb8"))
+            self._overlay.write(image_message(self._node.types, detections.header, drawn, "rgb8"))
 
     def event(self, kind: str, message: str) -> None:
         """Publish what happened, in words; kept for those that come later."""
@@ -133,17 +131,17 @@ class LivePublisher(ClosesAtEnd):
                 (tracks.header, self._ids.object(one.name, one.instance), one.pose.pose)
                 for one in shown
             ]
-            self._tf.write(tf_message(dds_type, transforms))
+            self._tf.write(tf_message(self._node.types, transforms))
         for one in shown:
             key = (one.name, one.instance)
             if key not in self._poses:
                 self._poses[key] = self._pose_writer(*key)
             if self._poses[key].is_wanted:
-                self._poses[key].write(pose_stamped(dds_type, tracks.header, one.pose))
+                self._poses[key].write(pose_stamped(self._node.types, tracks.header, one.pose))
 
     def _pose_writer(self, name: str, instance: int) -> Writer:
         return self._node.writer(self._topics.pose(self._parts[name], instance), _POSE)
 
     def _send_event(self, content: dict[str, object]) -> None:
         text = json.dumps(content, ensure_ascii=False)
-        self._events.write(dds_type("std_msgs/msg/String")(data=text))
+        self._events.write(self._node.types("std_msgs/msg/String")(data=text))

@@ -9,7 +9,7 @@ from planegrasp.io.messages.task import task_from_json
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from planegrasp.io.ros2.node import DdsNode
+    from planegrasp.io.ros2.transport import Transport
     from planegrasp.live import Task
 
 __all__ = ["TaskTopic"]
@@ -26,7 +26,7 @@ class TaskTopic:
     """
 
     def __init__(
-        self, node: DdsNode, topic: str, known: Iterable[str], default_budget: float
+        self, node: Transport, topic: str, known: Iterable[str], default_budget: float
     ) -> None:
         self._reader = node.reader(topic, "std_msgs/msg/String")
         self._known = tuple(known)

@@ -8,7 +8,7 @@ from cyclonedds.idl import IdlStruct
 from cyclonedds.idl.annotations import final
 from cyclonedds.idl.types import float32, float64, int32, sequence, uint8
 
-from planegrasp.io.ros2.idl_common import (
+from planegrasp.io.ros2.dds.idl_common import (
     ColorRGBA,
     Duration,
     Header,
@@ -18,7 +18,7 @@ from planegrasp.io.ros2.idl_common import (
     Vector3,
     numbers,
 )
-from planegrasp.io.ros2.idl_images import CompressedImage
+from planegrasp.io.ros2.dds.idl_images import CompressedImage
 
 
 @dataclass

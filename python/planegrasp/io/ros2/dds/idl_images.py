@@ -10,7 +10,7 @@ from cyclonedds.idl import IdlStruct
 from cyclonedds.idl.annotations import final
 from cyclonedds.idl.types import array, float64, sequence, uint8, uint32
 
-from planegrasp.io.ros2.idl_common import Header, numbers
+from planegrasp.io.ros2.dds.idl_common import Header, numbers
 
 
 @dataclass

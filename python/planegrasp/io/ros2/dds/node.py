@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import os
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 from planegrasp.closing import ClosesAtEnd
-from planegrasp.errors import InvalidInputError, NetworkError
-from planegrasp.io.ros2 import _dependencies  # noqa: F401
+from planegrasp.errors import NetworkError
+from planegrasp.io.ros2.dds import _dependencies  # noqa: F401
+from planegrasp.io.ros2.dds.config import DdsConfig
+from planegrasp.io.ros2.dds.qos import reader_qos, writer_qos
+from planegrasp.io.ros2.dds.types import dds_type, ros_name
 from planegrasp.io.ros2.names import dds_topic, ros_topic
-from planegrasp.io.ros2.qos import DEFAULT, Profile
-from planegrasp.io.ros2.types import dds_type, ros_name
+from planegrasp.io.ros2.profiles import DEFAULT, Profile
+from planegrasp.io.ros2.transport import Published
 
 from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication  # isort: skip
 from cyclonedds.core import (  # isort: skip
@@ -29,109 +30,25 @@ from cyclonedds.sub import DataReader  # isort: skip
 from cyclonedds.topic import Topic  # isort: skip
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
-__all__ = ["DdsConfig", "DdsNode", "Published", "Reader", "Waiting", "Writer"]
+    from planegrasp.io.ros2.transport import MessageTypes, Reader
 
-_LARGEST_DOMAIN = 232
+__all__ = ["DdsNode", "DdsReader", "DdsWaiting", "DdsWriter"]
+
 _MOST_ENDPOINTS = 10_000
 _MOST_SAMPLES = 100
-# A reader that does not keep up or was killed must not hold a writer up: there is room for what it
-# has not got. What is older than the depth of a topic's history goes anyway.
-_ROOM = "64 MB"
-
-
-@dataclass(frozen=True, slots=True)
-class DdsConfig:
-    """Which DDS domain, on which network.
-
-    Attributes:
-        domain: number of the domain, 0 … 232; the others on the same network have the same
-            (`ROS_DOMAIN_ID`).
-        network: "" keeps everything on this computer (the loopback interface); "auto" takes the
-            network interface that Cyclone DDS chooses, or all that `CYCLONEDDS_URI` configures;
-            else the name of one, for example "eth0".
-
-    Raises:
-        InvalidInputError: the domain is out of range, or the network no name.
-    """
-
-    domain: int = 0
-    network: str = ""
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.domain <= _LARGEST_DOMAIN:
-            raise InvalidInputError(
-                f"the number of a domain is 0 … {_LARGEST_DOMAIN}, got {self.domain}"
-            )
-        if any(character in self.network for character in "<>&\"'/ "):
-            raise InvalidInputError(f"no network interface is named {self.network!r}")
-
-    @classmethod
-    def from_environment(cls, environment: Mapping[str, str] | None = None) -> Self:
-        """As ROS 2 would have it by `ROS_DOMAIN_ID` and `ROS_AUTOMATIC_DISCOVERY_RANGE`.
-
-        Only the range SUBNET, said in so many words, leads onto the network.
-
-        Raises:
-            InvalidInputError: `ROS_DOMAIN_ID` is no number of a domain.
-        """
-        variables = os.environ if environment is None else environment
-        text = variables.get("ROS_DOMAIN_ID", "") or "0"
-        if not text.isdecimal():
-            raise InvalidInputError(f"ROS_DOMAIN_ID must be a number, got {text!r}")
-        is_wide = variables.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "").upper() == "SUBNET"
-        return cls(int(text), "auto" if is_wide else "")
-
-    @property
-    def xml(self) -> str | None:
-        """Configuration of Cyclone DDS; None leaves it to `CYCLONEDDS_URI`."""
-        if self.network == "auto" and os.environ.get("CYCLONEDDS_URI"):
-            return None
-        if self.network == "auto":
-            interface, discovery, sizes = 'autodetermine="true"', "", ""
-        elif self.network:
-            interface, discovery, sizes = f'name="{self.network}"', "", ""
-        else:
-            # Linux' loopback can do multicast, but does not say so. Peers that do not use it there
-            # are found by the ports of the first participants.
-            interface = 'address="127.0.0.1" multicast="true"'
-            # Its packets are large: images come through in few.
-            sizes = "<MaxMessageSize>65000 B</MaxMessageSize><FragmentSize>60000 B</FragmentSize>"
-            discovery = (
-                "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
-                "<MaxAutoParticipantIndex>99</MaxAutoParticipantIndex>"
-                '<Peers><Peer address="127.0.0.1"/></Peers></Discovery>'
-            )
-        return (
-            "<CycloneDDS><Domain><General><Interfaces>"
-            f"<NetworkInterface {interface}/></Interfaces>{sizes}</General>{discovery}"
-            f"<Internal><Watermarks><WhcHigh>{_ROOM}</WhcHigh></Watermarks></Internal>"
-            "<Tracing><Verbosity>none</Verbosity></Tracing></Domain></CycloneDDS>"
-        )
-
-
-@dataclass(frozen=True, slots=True)
-class Published:
-    """What is published on a topic.
-
-    Attributes:
-        message: its type, for example ``sensor_msgs/msg/Image``.
-        reliable: whether all who publish it send again what was lost.
-    """
-
-    message: str
-    reliable: bool
 
 
 class DdsNode(ClosesAtEnd):
-    """Publishes and subscribes to ROS topics without a ROS installation.
+    """A `Transport` without a ROS installation.
 
     One process has one configuration for a domain: further nodes of it share that of the first,
     which must be closed last.
 
     Attributes:
         config: as given.
+        where: see `Transport`.
     """
 
     def __init__(self, config: DdsConfig | None = None) -> None:
@@ -141,8 +58,9 @@ class DdsNode(ClosesAtEnd):
             NetworkError: there is no such network interface, or none that can be used.
         """
         self.config = config or DdsConfig()
+        self.where = f"domain {self.config.domain}"
         self._domain: Domain | None = None
-        self._children: list[Reader | Writer] = []
+        self._children: list[DdsReader | DdsWriter] = []
         xml, network = self.config.xml, self.config.network
         try:
             if network not in ("", "auto", *_interfaces()):
@@ -159,29 +77,30 @@ class DdsNode(ClosesAtEnd):
             ) from error
         self._endpoints: Any = BuiltinDataReader(self._participant, BuiltinTopicDcpsPublication)
 
-    def writer(self, topic: str, message: str, profile: Profile = DEFAULT) -> Writer:
-        """Something to publish with.
+    @property
+    def types(self) -> MessageTypes:
+        """See `Transport.types`."""
+        return dds_type
 
-        Args:
-            topic: for example ``/planegrasp/detections``.
-            message: its type, for example ``vision_msgs/msg/Detection3DArray``.
-            profile: quality of service.
-
-        Raises:
-            InvalidInputError: the topic's name is none for ROS, or there is no such message.
-        """
-        writer = Writer(self._participant, topic, message, profile)
+    def writer(self, topic: str, message: str, profile: Profile = DEFAULT) -> DdsWriter:
+        """See `Transport.writer`."""
+        writer = DdsWriter(self._participant, topic, message, profile)
         self._children.append(writer)
         return writer
 
-    def reader(self, topic: str, message: str, profile: Profile = DEFAULT) -> Reader:
-        """Something to subscribe with; arguments and errors as of `writer`."""
-        reader = Reader(self._participant, topic, message, profile)
+    def reader(self, topic: str, message: str, profile: Profile = DEFAULT) -> DdsReader:
+        """See `Transport.reader`."""
+        reader = DdsReader(self._participant, topic, message, profile)
         self._children.append(reader)
         return reader
 
+    def waiting(self, readers: Sequence[Reader]) -> DdsWaiting:
+        """See `Transport.waiting`; the readers are of this node."""
+        own = [reader for reader in readers if isinstance(reader, DdsReader)]
+        return DdsWaiting(self._participant, own)
+
     def published(self) -> dict[str, Published]:
-        """What others publish in the domain at present, by topic."""
+        """See `Transport.published`."""
         own = _unsigned(self._participant.get_instance_handle())
         alive = ReadCondition(
             self._endpoints, SampleState.Any | ViewState.Any | InstanceState.Alive
@@ -207,8 +126,8 @@ class DdsNode(ClosesAtEnd):
         self._domain = None
 
 
-class Writer:
-    """Publishes on one topic; made by `DdsNode.writer`.
+class DdsWriter:
+    """A `Writer`; made by `DdsNode.writer`.
 
     Attributes:
         topic: its name in ROS.
@@ -219,7 +138,7 @@ class Writer:
         self.topic = topic
         self.refused = 0
         inner = Topic(participant, dds_topic(topic), dds_type(message))
-        self._writer: Any = DataWriter(participant, inner, profile.of_writer())
+        self._writer: Any = DataWriter(participant, inner, writer_qos(profile))
         self._keeps = profile.keeps
 
     @property
@@ -243,8 +162,8 @@ class Writer:
         self._writer = None
 
 
-class Reader:
-    """Takes messages of one topic; made by `DdsNode.reader`.
+class DdsReader:
+    """A `Reader`; made by `DdsNode.reader`.
 
     Attributes:
         topic: its name in ROS.
@@ -253,7 +172,7 @@ class Reader:
     def __init__(self, participant: Any, topic: str, message: str, profile: Profile) -> None:
         self.topic = topic
         inner = Topic(participant, dds_topic(topic), dds_type(message))
-        self._reader: Any = DataReader(participant, inner, profile.of_reader())
+        self._reader: Any = DataReader(participant, inner, reader_qos(profile))
         self._fresh: Any = ReadCondition(
             self._reader, SampleState.NotRead | ViewState.Any | InstanceState.Any
         )
@@ -282,11 +201,11 @@ class Reader:
         self._reader = None
 
 
-class Waiting:
-    """Waits for messages of several readers."""
+class DdsWaiting:
+    """A `Waiting`; made by `DdsNode.waiting`."""
 
-    def __init__(self, node: DdsNode, readers: Sequence[Reader]) -> None:
-        self._set: Any = WaitSet(node._participant)
+    def __init__(self, participant: Any, readers: Sequence[DdsReader]) -> None:
+        self._set: Any = WaitSet(participant)
         for reader in readers:
             self._set.attach(reader._fresh)
 

@@ -7,7 +7,7 @@ written against that.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from planegrasp.io.messages.header import Header
     from planegrasp.io.messages.objects import DetectedObject, DetectionsMessage, TrackedObject
     from planegrasp.io.messages.pose import Pose, PoseWithCovariance
+    from planegrasp.io.ros2.transport import MessageTypes
 
 __all__ = [
     "UNKNOWN_COVARIANCE",
-    "MessageTypes",
     "camera_info_message",
     "detection3d_array",
     "header_message",
@@ -37,14 +37,6 @@ __all__ = [
 
 UNKNOWN_COVARIANCE = (-1.0, *[0.0] * 35)
 """What a pose without covariance has: no covariance begins with -1 (the rule of sensor_msgs)."""
-
-
-class MessageTypes(Protocol):
-    """Gives the class of a message, which takes its members by name."""
-
-    def __call__(self, name: str, /) -> Any:
-        """The class of, for example, ``geometry_msgs/msg/Pose``."""
-        ...
 
 
 def header_message(types: MessageTypes, header: Header) -> Any:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from planegrasp.errors import InvalidInputError
-from planegrasp.io.ros2 import (
+from planegrasp.io.ros2.dds import (
     _dependencies,  # noqa: F401
     idl_common,
     idl_images,

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planegrasp.io.messages.pose import Pose
-from planegrasp.io.messages.ros_conversions import box_pose, header_message, pose_message, xyz
+from planegrasp.io.ros2.conversions import box_pose, header_message, pose_message, xyz
 from planegrasp.viz.palette import AXIS_COLORS, color_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from planegrasp.io.messages.objects import TrackedObject, TracksMessage
-    from planegrasp.io.messages.ros_conversions import MessageTypes
+    from planegrasp.io.ros2.transport import MessageTypes
     from planegrasp.viz.palette import RGB
 
 __all__ = ["marker_array"]
