@@ -13,7 +13,6 @@ import numpy as np
 from planegrasp.geometry import PinholeCamera
 from planegrasp.io.messages import Header, Stamp
 from planegrasp.io.ros2.conversions import camera_info_message, image_message
-from planegrasp.io.ros2.dds import dds_type
 
 COLOR = "/camera/color/image_raw"
 INFO = "/camera/color/camera_info"
@@ -74,12 +73,14 @@ class Driver:
         taken = time.time_ns() if nanoseconds is None else nanoseconds
         header = Header(Stamp.from_nanoseconds(taken), self.frame_id)
         if self._info is not None:
-            self._info.write(camera_info_message(dds_type, header, self.camera))
+            self._info.write(camera_info_message(self.node.types, header, self.camera))
         if self._depth is not None:
             stamp = Stamp.from_nanoseconds(taken + round(self.depth_shift * 1e9))
             later = Header(stamp, self.frame_id)
-            self._depth.write(image_message(dds_type, later, self.depth, self.depth_encoding))
-        self._color.write(image_message(dds_type, header, self.color, self.encoding))
+            self._depth.write(
+                image_message(self.node.types, later, self.depth, self.depth_encoding)
+            )
+        self._color.write(image_message(self.node.types, header, self.color, self.encoding))
         self.sent += 1
         return header
 

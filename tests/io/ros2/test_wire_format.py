@@ -9,7 +9,7 @@ pytest.importorskip("cyclonedds")
 pytest.importorskip("rosbags")
 
 from ros2_examples import HEADER, detections, messages, tracks
-from ros_types import same, types_of, typestore
+from ros2_types import same, types_of, typestore
 from rosbags.typesys import Stores
 
 from planegrasp.errors import InvalidInputError
