@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rendered_stream import processed, shots, taught
 from scipy.spatial.transform import Rotation
 
-from planegrasp.bench.stream import StreamConfig, models, stream
 from planegrasp.body import BoxBody
 from planegrasp.detector import Detector
-from planegrasp.errors import InvalidInputError
+from planegrasp.errors import InvalidInputError, UnknownObjectError
 from planegrasp.geometry import RigidTransform
 from planegrasp.grasping import CanonicalGrasp
 from planegrasp.grasping.plan import GraspAssessment, GraspPlan, GraspRefusal
@@ -26,10 +27,13 @@ from planegrasp.io.messages import (
     detections_message,
     grasp_message,
     library_events,
+    live_messages,
     parent_covariance,
+    task_from_json,
+    task_to_json,
     tracks_message,
 )
-from planegrasp.live import Live, LiveConfig
+from planegrasp.live import Task
 from planegrasp.objects import ObjectModel
 from planegrasp.robot.path import Path
 
@@ -86,21 +90,13 @@ def test_covariance_is_that_of_samples_in_the_parent_frame():
 
 
 @pytest.fixture(scope="module")
-def live_frames():
-    """A detector's models and the live frames of a short stream of three objects."""
-    config = StreamConfig(seconds=5 / 30, objects=3, seed=6)
-    objects = models(config)
-    with Live(Detector(objects), config=LiveConfig(background=False)) as live:
-        return objects, [live.process(frame) for frame, *_ in map(_tuple, stream(config))]
+def seen():
+    """The last live frame of a short stream of three objects."""
+    frames = [shot.frame for shot in shots(3, 5)]
+    return processed(Detector(taught(3)), frames)[-1]
 
 
-def _tuple(step):
-    return (step.frame,) if hasattr(step, "frame") else tuple(step)
-
-
-def test_detections_of_a_live_frame(live_frames):
-    _, frames = live_frames
-    seen = frames[-1]
+def test_detections_of_a_live_frame(seen):
     message = detections_message(seen.detections, HEADER, seen.tracks)
     assert message.header == HEADER
     assert len(message.objects) == len(seen.detections) == 3
@@ -119,9 +115,7 @@ def test_detections_of_a_live_frame(live_frames):
     assert message == detections_message(seen.detections, HEADER, seen.tracks)
 
 
-def test_tracks_of_a_live_frame(live_frames):
-    _, frames = live_frames
-    seen = frames[-1]
+def test_tracks_of_a_live_frame(seen):
     message = tracks_message(seen.tracks, HEADER, lost=seen.tracks[:1])
     assert message.lost == (seen.tracks[0].number,)
     assert len(message.objects) == len(seen.tracks) == 3
@@ -143,18 +137,24 @@ def test_tracks_of_a_live_frame(live_frames):
     assert np.allclose(C, seen.tracks[0].filtered.covariance[:6, :6])
 
 
-def test_detection_without_pose(live_frames):
-    _, frames = live_frames
-    detection = replace(frames[-1].detections[0], pose=None, pose_failure="no depth")
+def test_messages_of_a_live_frame_have_its_stamp_and_frames(seen):
+    stamp = Stamp.from_seconds(seen.frame.timestamp)
+    detections, tracks = live_messages(seen)
+    assert detections.header == tracks.header == Header(stamp, "camera_color_optical_frame")
+    detections, tracks = live_messages(seen, FrameIds(fixed="base_link"), HEADER)
+    assert (detections.header, tracks.header) == (HEADER, Header(HEADER.stamp, "base_link"))
+
+
+def test_detection_without_pose(seen):
+    detection = replace(seen.detections[0], pose=None, pose_failure="no depth")
     (shown,) = detections_message([detection], HEADER).objects
     assert shown.pose is None
     assert shown.pose_failure == "no depth"
     assert shown.track is None
 
 
-def test_other_solution_of_an_ambiguous_pose(live_frames):
-    _, frames = live_frames
-    detection = frames[-1].detections[0]
+def test_other_solution_of_an_ambiguous_pose(seen):
+    detection = seen.detections[0]
     other = RigidTransform.from_translation([0.1, 0.2, 0.3])
     pose = replace(detection.pose, ambiguous=True, alternative=other, covariance=None)
     (shown,) = detections_message([replace(detection, pose=pose)], HEADER).objects
@@ -179,6 +179,23 @@ def test_plan_and_refusal():
     refusal = grasp_message(GraspRefusal("book", "nothing works", (refused,)), HEADER)
     assert (refusal.name, refusal.reason) == ("book", "nothing works")
     assert refusal.verdicts[0].reason == "out of reach by 0.2 m"
+
+
+def test_task_there_and_back():
+    task = Task({"book": 2.0}, others=False, budget=0.01)
+    assert task_from_json(task_to_json(task), ["book"]) == task
+    assert task_from_json("{}", ["book"], default_budget=0.04) == Task(budget=0.04)
+    for text, reason in (
+        ("{", "the task '{'"),
+        ("[]", "input should be a valid dictionary"),
+        ('{"priority": {}}', "priority: extra inputs are not permitted"),
+        ('{"priorities": {"book": "high"}}', "priorities: book: input should be a valid number"),
+        ('{"budget": 0}', "must be > 0 s, got 0"),
+    ):
+        with pytest.raises(InvalidInputError, match=re.escape(reason)):
+            task_from_json(text, ["book"])
+    with pytest.raises(UnknownObjectError, match="'box', which was not taught; there are book"):
+        task_from_json('{"priorities": {"box": 1}}', ["book"])
 
 
 def test_library_events(photo):

@@ -29,11 +29,11 @@ def node(domain):
 
 @pytest.fixture
 def start():
-    """Start a script of this folder in a process of its own; it says when it is ready."""
+    """Start a script of the tests' folder in a process of its own; it says when it is ready."""
     begun = []
 
     def begin(script, *arguments):
-        path = Path(__file__).with_name(script)
+        path = Path(__file__).parents[2] / script
         process = subprocess.Popen(
             [sys.executable, str(path), *map(str, arguments)], stdout=subprocess.PIPE, text=True
         )
