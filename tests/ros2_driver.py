@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import random
 import threading
 import time
 from contextlib import contextmanager
@@ -18,6 +20,12 @@ COLOR = "/camera/color/image_raw"
 INFO = "/camera/color/camera_info"
 DEPTH = "/camera/aligned_depth_to_color/image_raw"
 CAMERA = PinholeCamera(64, 48, 60.0, 61.0, 31.5, 23.5)
+
+
+def free_domain():
+    """A DDS domain that no other test uses at this time: for certain not one of another worker."""
+    worker = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
+    return random.SystemRandom().choice(range(1 + worker % 4, 101, 4))
 
 
 def color_image(number=0):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import random
 import signal
 import subprocess
 import sys
@@ -16,7 +15,7 @@ import pytest
 pytest.importorskip("cyclonedds")
 
 from rendered_stream import shots, taught
-from ros2_driver import COLOR, Driver, until
+from ros2_driver import COLOR, Driver, free_domain, until
 
 from planegrasp.geometry import RigidTransform, Rotation
 from planegrasp.io.recording import open_recorder
@@ -37,7 +36,7 @@ OUTPUTS = {
 
 @pytest.fixture
 def domain():
-    return random.SystemRandom().randint(1, 100)
+    return free_domain()
 
 
 @pytest.fixture

@@ -61,10 +61,10 @@ def task_of_values(values: object, default_budget: float = _BUDGET) -> Task:
         content = _Content.model_validate(values)
     except ValidationError as error:
         first = error.errors()[0]
-        place = "".join(f"{step}: " for step in first["loc"])
+        place = ".".join(str(step) for step in first["loc"]) or "it"
         raise InvalidInputError(
-            f"{place}{first['msg'].lower()}, got {first['input']!r}; there are budget [s], others "
-            f"(true or false) and the table priorities"
+            f"{place}: {first['msg'].lower()}, got {first['input']!r}; there are "
+            f"budget [s], others (true or false) and the table priorities"
         ) from error
     budget = default_budget if content.budget is None else content.budget
     return Task(content.priorities, content.others, budget)

@@ -189,7 +189,7 @@ def test_task_there_and_back():
         ("{", "the task '{'"),
         ("[]", "input should be a valid dictionary"),
         ('{"priority": {}}', "priority: extra inputs are not permitted"),
-        ('{"priorities": {"book": "high"}}', "priorities: book: input should be a valid number"),
+        ('{"priorities": {"book": "high"}}', "priorities.book: input should be a valid number"),
         ('{"budget": 0}', "must be > 0 s, got 0"),
     ):
         with pytest.raises(InvalidInputError, match=re.escape(reason)):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import random
 import subprocess
 import sys
 from pathlib import Path
@@ -12,13 +11,14 @@ import pytest
 pytest.importorskip("cyclonedds")
 pytest.importorskip("rosbags")
 
+from ros2_driver import free_domain
+
 from planegrasp.io.ros2.dds import DdsConfig, DdsNode
 
 
 @pytest.fixture
 def domain():
-    """A domain that no other test uses at this time, most probably."""
-    return random.SystemRandom().randint(1, 100)
+    return free_domain()
 
 
 @pytest.fixture
