@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import random
+import sys
 import threading
 import time
 from contextlib import contextmanager
@@ -115,6 +116,18 @@ class Driver:
                 writer.close()
 
 
+def main():
+    """A process of its own that publishes until it is killed: DOMAIN, number of the image."""
+    from planegrasp.io.ros2.dds import DdsConfig, DdsNode
+
+    with DdsNode(DdsConfig(int(sys.argv[1]))) as node:
+        driver = Driver(node, color=color_image(int(sys.argv[2])))
+        print("ready", flush=True)
+        while True:
+            driver.send()
+            time.sleep(0.02)
+
+
 def until(condition, seconds=20.0):
     """The first value of a function that is true; far more time than it takes is allowed [s]."""
     end = time.monotonic() + seconds
@@ -122,3 +135,7 @@ def until(condition, seconds=20.0):
         assert time.monotonic() < end, "it did not happen in time"
         time.sleep(0.005)
     return value
+
+
+if __name__ == "__main__":
+    main()

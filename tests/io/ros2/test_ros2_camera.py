@@ -9,7 +9,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-from ros2_driver import CAMERA, COLOR, DEPTH, INFO, Driver, color_image, depth_image
+from ros2_driver import CAMERA, COLOR, DEPTH, INFO, Driver, color_image, depth_image, until
 
 from planegrasp.errors import CameraLostError, InvalidInputError
 from planegrasp.geometry import PinholeCamera
@@ -228,6 +228,16 @@ def test_driver_that_is_restarted(node, camera_of):
             else:
                 raise AssertionError("nothing of the new driver")
             assert stream.losses == 0
+
+
+def test_driver_that_is_killed(domain, camera_of, start):
+    first = start("ros2_driver.py", domain, 0)
+    with NewestFrame(camera_of()) as stream:
+        assert np.array_equal(stream.next(10.0).color, color_image(0))
+        first.kill()
+        start("ros2_driver.py", domain, 1)
+        until(lambda: np.array_equal(stream.next(2.0).color, color_image(1)), seconds=2.0)
+        assert stream.next(2.0).depth is not None
 
 
 def test_reports_are_events_of_the_stream(node, camera_of):
