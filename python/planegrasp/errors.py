@@ -70,6 +70,10 @@ class ViewerError(PlanegraspError):
     """A viewer cannot be started, or takes no data any more."""
 
 
+class NetworkError(PlanegraspError):
+    """A network interface is not there, or cannot be used."""
+
+
 class RobotError(PlanegraspError):
     """A robot cannot be loaded, or lacks what is asked of it; the message lists what it has."""
 

@@ -116,7 +116,7 @@ def test_what_cannot_be_recorded(run):
     code, _, err = run("record", "nowhere", "new")
     assert (code, "there is no file or folder nowhere" in err) == (1, True)
     code, _, err = run("record", "opencv:0", "new", "--depth-topic", "/depth")
-    assert (code, "are for recordings, opencv:0 is a camera" in err) == (1, True)
+    assert (code, "for recordings, opencv:0 is a camera" in err) == (1, True)
     code, _, err = run("record", "run", "new", "--fps", 30)
     assert (code, "--fps are for cameras, run is none" in err) == (1, True)
     code, _, err = run("record", "run", "run")

@@ -17,6 +17,7 @@ from planegrasp.cli.grasp import app as grasp
 from planegrasp.cli.live import live
 from planegrasp.cli.objects import objects
 from planegrasp.cli.record import record
+from planegrasp.cli.ros2 import ros2
 from planegrasp.cli.teach import teach
 from planegrasp.errors import PlanegraspError
 
@@ -71,6 +72,7 @@ app.command()(teach)
 app.command()(objects)
 app.command()(detect)
 app.command()(record)
+app.command()(ros2)
 app.command()(live)
 app.add_typer(grasp, name="grasp")
 app.command()(demo)

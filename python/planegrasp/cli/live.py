@@ -24,46 +24,32 @@ from planegrasp.cli.source_options import (
     WidthOption,
     open_frames,
 )
+from planegrasp.cli.task_options import TASK_PANEL, BudgetOption, WantOption, task_of
 from planegrasp.errors import InvalidInputError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from planegrasp.cli.live_outputs import Output
-    from planegrasp.live import Task
     from planegrasp.objects import ObjectModel
     from planegrasp.viz.rerun_streams import RerunStream
 
 _SHOWING = "Viewer"
 _RECORDING = "Recording"
-_TASK = "Task"
 
 
 def live(
     source: SourceArgument,
     *,
     library: LibraryOption = Path("objects"),
-    want: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="An object that matters, the larger the priority (1) the more; may be repeated.",
-            metavar="NAME[=PRIORITY]",
-            show_default="all, as the library says",
-            rich_help_panel=_TASK,
-        ),
-    ] = None,
-    budget: Annotated[
-        float | None,
-        typer.Option(
-            help="Time to spend on a frame [ms].", show_default="25", rich_help_panel=_TASK
-        ),
-    ] = None,
+    want: WantOption = None,
+    budget: BudgetOption = None,
     task_file: Annotated[
         Path | None,
         typer.Option(
             help="Task (TOML: budget [s], others, table priorities) instead of --want; read again "
             "whenever it changes.",
-            rich_help_panel=_TASK,
+            rich_help_panel=TASK_PANEL,
         ),
     ] = None,
     view: Annotated[
@@ -160,7 +146,7 @@ def live(
     if task_file is not None and want:
         raise InvalidInputError("--want and --task-file exclude each other: give one of them")
     models = tuple(wanted_models(library))
-    task = _task(want or [], budget)
+    task = task_of(want or [], budget)
     changes = None
     if task_file is not None:
         changes = TaskFile(task_file, [model.name for model in models], task.budget)
@@ -209,30 +195,6 @@ def live(
         os._exit(int(run.failed))
     if run.failed:
         raise typer.Exit(1)
-
-
-def _task(want: Sequence[str], budget: float | None) -> Task:
-    """What the options ask for.
-
-    Raises:
-        InvalidInputError: a priority is no number, or the budget none that is possible.
-    """
-    from planegrasp.live import Task
-
-    priorities = {}
-    for text in want:
-        name, _, priority = text.partition("=")
-        try:
-            priorities[name] = float(priority) if "=" in text else 1.0
-        except ValueError:
-            raise InvalidInputError(
-                f"--want takes NAME or NAME=PRIORITY with a number, got {text!r}"
-            ) from None
-    if budget is None:
-        return Task(priorities)
-    if not budget > 0:
-        raise InvalidInputError(f"--budget must be > 0 ms, got {budget:g}")
-    return Task(priorities, budget=budget / 1000)
 
 
 def _viewer(

@@ -6,7 +6,7 @@ import math
 import time
 from collections import Counter, deque
 from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from planegrasp.cli.common import console
 from planegrasp.cli.live_outputs import failure_of
@@ -21,13 +21,25 @@ if TYPE_CHECKING:
     from planegrasp.cli.live_outputs import Output
     from planegrasp.cli.live_status import StatusLine
     from planegrasp.io.cameras import NewestFrame
-    from planegrasp.live import Live, LiveFrame, LiveRates, Task, TaskFile
+    from planegrasp.live import Live, LiveFrame, LiveRates, Task
     from planegrasp.rgbd import RGBDFrame
 
 _GLANCE = 0.2  # how often a wait for a frame looks whether to stop [s]
 _KEPT_EVENTS = 1000
 _QUIET = "dim"
 _LOUD = "yellow"
+
+
+class TaskChanges(Protocol):
+    """Where another program may change the task."""
+
+    def changed(self) -> Task | None:
+        """The task, where it is another one than before, else None.
+
+        Raises:
+            PlanegraspError: the task is none that can be; raised once.
+        """
+        ...
 
 
 @dataclass(slots=True)
@@ -40,7 +52,7 @@ class LiveRun:
         stream: gives the frames.
         outputs: where results go.
         status: the terminal.
-        task_file: what may change the task.
+        tasks: what may change the task.
         frames: stop after so many.
         seconds: stop after so long, by the frames' time.
         failed: whether a recording could not be finished.
@@ -51,7 +63,7 @@ class LiveRun:
     stream: NewestFrame
     outputs: Sequence[Output]
     status: StatusLine
-    task_file: TaskFile | None = None
+    tasks: TaskChanges | None = None
     frames: int | None = None
     seconds: float | None = None
     failed: bool = False
@@ -179,10 +191,10 @@ class LiveRun:
             self._note("lost", label(track) + (f": {track.reason}" if track.reason else ""))
 
     def _read_task(self) -> None:
-        if self.task_file is None:
+        if self.tasks is None:
             return
         try:
-            task = self.task_file.changed()
+            task = self.tasks.changed()
         except PlanegraspError as error:
             self._note("task", f"{error}; the old one stays", _LOUD)
             return

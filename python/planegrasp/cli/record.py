@@ -23,9 +23,8 @@ from planegrasp.cli.source_options import (
     RateOption,
     SourceArgument,
     WidthOption,
-    recording_topics,
+    open_frames,
 )
-from planegrasp.errors import InvalidInputError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -70,45 +69,28 @@ def record(
         planegrasp record opencv:0 run --frames 100 --camera camera.json
     """
     from planegrasp.cli.stopping import stop_on_signals
-    from planegrasp.io.cameras import NewestFrame, is_camera_name, open_camera
+    from planegrasp.io.cameras import NewestFrame, is_camera_name
     from planegrasp.io.recording import open_recorder
-    from planegrasp.io.sources import open_source
 
-    angle = None if fov is None else math.radians(fov)
-    is_camera = is_camera_name(source)
-    topics = recording_topics(color_topic, depth_topic, info_topic)
-    if is_camera and not (topics is None and depth_scale is None):
-        raise InvalidInputError(
-            f"topics and --depth-scale are for recordings, {source} is a camera"
-        )
-    if not is_camera and not (width is None and height is None and fps is None):
-        raise InvalidInputError(f"--width, --height and --fps are for cameras, {source} is none")
+    opened = open_frames(
+        source,
+        camera=camera,
+        fov=fov,
+        depth_scale=depth_scale,
+        mode=(width, height, fps),
+        topics=(color_topic, depth_topic, info_topic),
+    )
     run = _Run(source, output, frames, seconds)
     with ExitStack() as stack:
         stop = stack.enter_context(stop_on_signals())
-        if is_camera:
-            device = open_camera(
-                source,
-                camera=camera,
-                field_of_view=angle,
-                width=width,
-                height=height,
-                frames_per_second=fps,
-            )
-            live = stack.enter_context(NewestFrame(device))
+        if is_camera_name(source):
+            live = stack.enter_context(NewestFrame(opened))
             run.show_notes(live.notes)
             run.record(run.live_frames(live, stop), stack.enter_context(open_recorder(output)))
             run.finish(live)
         else:
-            recorded = open_source(
-                source,
-                camera=camera,
-                depth_scale=depth_scale,
-                field_of_view=angle,
-                topics=topics,
-            )
-            run.show_notes(recorded.notes)
-            run.record(run.until(stop, recorded), stack.enter_context(open_recorder(output)))
+            run.show_notes(opened.notes)
+            run.record(run.until(stop, opened), stack.enter_context(open_recorder(output)))
     if as_json:
         print_json(run.to_dict())
     else:

@@ -8,15 +8,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from planegrasp.errors import InvalidInputError
+
 if TYPE_CHECKING:
     from planegrasp.io.cameras import Camera
+    from planegrasp.io.ros2 import Transport
     from planegrasp.io.sources import FrameSource, RecordingTopics
 
 SourceArgument = Annotated[
     str,
     typer.Argument(
-        help="A camera (realsense, realsense:SERIAL, openni, opencv:0, opencv:URL), or anything "
-        "that `detect` reads.",
+        help="A camera (realsense, realsense:SERIAL, openni, opencv:0, opencv:URL, ros2:/TOPIC), "
+        "or anything that `detect` reads.",
         show_default=False,
     ),
 ]
@@ -52,12 +55,12 @@ RateOption = Annotated[
     int | None, typer.Option(min=1, help="Of a camera, in Hz.", show_default="of the camera")
 ]
 ColorTopicOption = Annotated[
-    str | None, typer.Option(help="Of a ROS recording.", metavar="TOPIC", show_default="by name")
+    str | None, typer.Option(help="Of ROS images.", metavar="TOPIC", show_default="by name")
 ]
 DepthTopicOption = Annotated[
     str | None,
     typer.Option(
-        help='Of a ROS recording, aligned to colour; "" for none.',
+        help='Of ROS images, aligned to colour; "" for none.',
         metavar="TOPIC",
         show_default="by name",
     ),
@@ -65,7 +68,7 @@ DepthTopicOption = Annotated[
 InfoTopicOption = Annotated[
     str | None,
     typer.Option(
-        help="camera_info of colour in a ROS recording.", metavar="TOPIC", show_default="by name"
+        help="camera_info of colour images of ROS.", metavar="TOPIC", show_default="by name"
     ),
 ]
 
@@ -89,6 +92,7 @@ def open_frames(
     depth_scale: float | None,
     mode: tuple[int | None, int | None, int | None],
     topics: tuple[str | None, str | None, str | None],
+    node: Transport | None = None,
 ) -> Camera | FrameSource:
     """What the options ask for, not started.
 
@@ -98,7 +102,8 @@ def open_frames(
         fov: horizontal field of view in degrees.
         depth_scale: of depth images [m per unit].
         mode: width, height and rate of a camera.
-        topics: of colour, depth and camera_info in a ROS recording.
+        topics: of colour, depth and camera_info in a ROS recording or of a ROS camera.
+        node: to read topics of ROS with.
 
     Raises:
         PlanegraspError: there is no such source, or the options do not fit it.
@@ -107,6 +112,7 @@ def open_frames(
     from planegrasp.io.sources import open_source
 
     angle = None if fov is None else math.radians(fov)
+    asked = recording_topics(*topics)
     if is_camera_name(source):
         width, height, rate = mode
         return open_camera(
@@ -116,11 +122,16 @@ def open_frames(
             width=width,
             height=height,
             frames_per_second=rate,
+            depth_scale=depth_scale,
+            topics=asked,
+            node=node,
         )
+    if mode != (None, None, None):
+        raise InvalidInputError(f"--width, --height and --fps are for cameras, {source} is none")
     return open_source(
         source,
         camera=camera,
         depth_scale=depth_scale,
         field_of_view=angle,
-        topics=recording_topics(*topics),
+        topics=asked,
     )

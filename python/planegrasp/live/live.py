@@ -116,6 +116,11 @@ class Live(ClosesAtEnd):
             self._task = task
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """Of all objects that a task may want."""
+        return tuple(self._models)
+
+    @property
     def tracker(self) -> Tracker:
         """What follows the objects."""
         return self._tracker

@@ -14,7 +14,7 @@ from planegrasp.live.task import Task
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-__all__ = ["TaskFile", "read_task"]
+__all__ = ["TaskFile", "read_task", "task_of_values"]
 
 _BUDGET = Task().budget
 
@@ -38,20 +38,36 @@ def read_task(path: str | Path, default_budget: float = _BUDGET) -> Task:
         InvalidInputError: it is not there, is no TOML, or has an unknown key or a wrong value.
     """
     try:
-        content = _Content.model_validate(tomllib.loads(Path(path).read_text(encoding="utf-8")))
-        budget = default_budget if content.budget is None else content.budget
-        return Task(content.priorities, content.others, budget)
+        values = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        return task_of_values(values, default_budget)
     except OSError as error:
         raise InvalidInputError(f"the task {path} cannot be read: {error.strerror}") from error
-    except ValidationError as error:
-        first = error.errors()[0]
-        place = ".".join(str(step) for step in first["loc"])
-        raise InvalidInputError(
-            f"the task {path}: {place}: {first['msg'].lower()}, got {first['input']!r}; there are "
-            f"budget [s], others (true or false) and the table priorities"
-        ) from error
     except ValueError as error:  # also TOMLDecodeError, UnicodeDecodeError, InvalidInputError
         raise InvalidInputError(f"the task {path}: {error}") from error
+
+
+def task_of_values(values: object, default_budget: float = _BUDGET) -> Task:
+    """The task that the values of a file or a message say.
+
+    Args:
+        values: a mapping with `budget` [s], `others`, and a mapping `priorities` by object; each
+            may be missing.
+        default_budget: see `read_task`.
+
+    Raises:
+        InvalidInputError: it is no mapping, or has an unknown key or a wrong value.
+    """
+    try:
+        content = _Content.model_validate(values)
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(str(step) for step in first["loc"]) or "it"
+        raise InvalidInputError(
+            f"{place}: {first['msg'].lower()}, got {first['input']!r}; there are "
+            f"budget [s], others (true or false) and the table priorities"
+        ) from error
+    budget = default_budget if content.budget is None else content.budget
+    return Task(content.priorities, content.others, budget)
 
 
 class TaskFile:

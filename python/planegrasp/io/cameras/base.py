@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
     from planegrasp.rgbd import RGBDFrame
@@ -47,4 +47,13 @@ class Camera(Protocol):
 
     def close(self) -> None:
         """Release the device; nothing happens where it is closed already."""
+        ...
+
+
+@runtime_checkable
+class Reporting(Protocol):
+    """A camera that has something to say while it runs."""
+
+    def take_reports(self) -> list[str]:
+        """What there is to say since this was last called, one sentence each, nothing twice."""
         ...

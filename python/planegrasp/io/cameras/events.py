@@ -32,6 +32,8 @@ class EventKind(StrEnum):
     """Colour goes on without depth."""
     DEPTH_FOUND = "depth found"
     """Depth is there again."""
+    SOURCE = "source"
+    """What the camera's driver has to say, for example that a part of its data is of no use."""
     ENDED = "ended"
     """The recording is at its end."""
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from planegrasp.closing import ClosesAtEnd
 from planegrasp.errors import CameraLostError, InvalidInputError
+from planegrasp.io.cameras.base import Reporting
 from planegrasp.io.cameras.events import EventKind, StreamEvent, StreamStatus
 from planegrasp.io.cameras.pacing import paced, stamped
 from planegrasp.io.cameras.slot import FrameSlot
@@ -198,11 +199,13 @@ class NewestFrame(ClosesAtEnd):
                         camera.open()
                     frame = camera.read()
                 except CameraLostError as error:
+                    self._pass_reports(camera)
                     camera.close()
                     self._wait_for_camera(error)
                     continue
                 if self._is_lost:
                     self._note_found()
+                self._pass_reports(camera)
                 self._pass_on(frame, frame.timestamp)
         finally:
             camera.close()
@@ -233,6 +236,11 @@ class NewestFrame(ClosesAtEnd):
             if not self.config.wait_at_start:
                 raise
             self._note_lost(error)
+
+    def _pass_reports(self, camera: Camera) -> None:
+        if isinstance(camera, Reporting):
+            for report in camera.take_reports():
+                self._report(EventKind.SOURCE, report)
 
     def _wait_for_camera(self, error: CameraLostError) -> None:
         if not self._is_lost:

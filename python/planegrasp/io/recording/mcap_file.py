@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planegrasp.errors import MissingExtraError, RecordingError
+from planegrasp.io.messages.header import Header, Stamp
 from planegrasp.io.recording.base import Recorder, whole_millimetres
+from planegrasp.io.ros2.conversions import camera_info_message, image_message
 
 try:
     from mcap.writer import Writer
@@ -19,7 +21,6 @@ except ImportError as error:
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from planegrasp.geometry import PinholeCamera
     from planegrasp.rgbd import RGBDFrame
 
 COLOR_TOPIC = "/camera/color/image_raw"
@@ -28,6 +29,7 @@ DEPTH_TOPIC = "/camera/aligned_depth_to_color/image_raw"
 OPTICAL_FRAME = "camera_color_optical_frame"
 
 _TYPES = get_typestore(Stores.ROS2_HUMBLE)
+_type = _TYPES.types.__getitem__
 _IMAGE, _INFO = "sensor_msgs/msg/Image", "sensor_msgs/msg/CameraInfo"
 
 
@@ -67,14 +69,19 @@ class McapRecorder(Recorder):
 
     def _write(self, frame: RGBDFrame, stamp: float) -> None:
         nanoseconds = max(0, round(stamp * 1e9))
-        header = _header(nanoseconds)
-        self._add(INFO_TOPIC, _info(frame.camera, header), _INFO, nanoseconds)
+        header = Header(Stamp.from_nanoseconds(nanoseconds), OPTICAL_FRAME)
+        info = camera_info_message(_type, header, frame.camera)
+        self._add(INFO_TOPIC, info, _INFO, nanoseconds)
         if frame.depth is not None:
             depth, encoding = frame.depth, "32FC1"
             if whole_millimetres(depth):
                 depth, encoding = np.rint(depth * 1000.0).astype(np.uint16), "16UC1"
-            self._add(DEPTH_TOPIC, _image(depth, encoding, header), _IMAGE, nanoseconds)
-        self._add(COLOR_TOPIC, _image(frame.color, "rgb8", header), _IMAGE, nanoseconds)
+            self._add(
+                DEPTH_TOPIC, image_message(_type, header, depth, encoding), _IMAGE, nanoseconds
+            )
+        self._add(
+            COLOR_TOPIC, image_message(_type, header, frame.color, "rgb8"), _IMAGE, nanoseconds
+        )
         self._stream.flush()
 
     def _add(self, topic: str, message: Any, kind: str, nanoseconds: int) -> None:
@@ -89,56 +96,3 @@ class McapRecorder(Recorder):
     def _give_up(self) -> None:
         with suppress(OSError):  # what is left in the buffer does not fit either
             self._stream.close()
-
-
-def _message(kind: str, **fields: Any) -> Any:
-    return _TYPES.types[kind](**fields)
-
-
-def _header(nanoseconds: int) -> Any:
-    stamp = _message(
-        "builtin_interfaces/msg/Time", sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9
-    )
-    return _message("std_msgs/msg/Header", stamp=stamp, frame_id=OPTICAL_FRAME)
-
-
-def _image(pixels: Any, encoding: str, header: Any) -> Any:
-    height, width = pixels.shape[:2]
-    little = np.ascontiguousarray(pixels, dtype=pixels.dtype.newbyteorder("<"))
-    return _message(
-        _IMAGE,
-        header=header,
-        height=height,
-        width=width,
-        encoding=encoding,
-        is_bigendian=0,
-        step=little.strides[0],
-        data=little.reshape(-1).view(np.uint8),
-    )
-
-
-def _info(camera: PinholeCamera, header: Any) -> Any:
-    P = np.zeros((3, 4))
-    P[:, :3] = camera.matrix
-    whole = _message(
-        "sensor_msgs/msg/RegionOfInterest",
-        x_offset=0,
-        y_offset=0,
-        height=0,
-        width=0,
-        do_rectify=False,
-    )
-    return _message(
-        _INFO,
-        header=header,
-        height=camera.height,
-        width=camera.width,
-        distortion_model="plumb_bob",
-        d=camera.coefficients,
-        k=camera.matrix.ravel(),
-        r=np.eye(3).ravel(),
-        p=P.ravel(),
-        binning_x=0,
-        binning_y=0,
-        roi=whole,
-    )

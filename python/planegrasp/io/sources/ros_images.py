@@ -157,7 +157,7 @@ def _metres(values: NDArray[Any], depth_scale: float) -> NDArray[np.float32]:
 
 def _decoded(data: Any, flags: int, described: str) -> NDArray[Any]:
     try:
-        image = cv2.imdecode(np.asarray(data, dtype=np.uint8), flags)
+        image = cv2.imdecode(_bytes(data), flags)
     except cv2.error as error:
         raise SourceError(f"an image of format {described!r} cannot be decoded") from error
     if image is None:
@@ -169,7 +169,7 @@ def _pixels(message: Any, kind: np.dtype[Any], channels: int) -> NDArray[Any]:
     """H×W×C of the message's bytes, whose rows may be padded."""
     height, width, step = int(message.height), int(message.width), int(message.step)
     row = width * channels * kind.itemsize
-    data = np.asarray(message.data, dtype=np.uint8)
+    data = _bytes(message.data)
     if height < 1 or width < 1 or step < row or data.size < height * step:
         raise SourceError(
             f"an image of {width}×{height} {message.encoding} with rows of {step} bytes has "
@@ -179,3 +179,10 @@ def _pixels(message: Any, kind: np.dtype[Any], channels: int) -> NDArray[Any]:
     order = kind.newbyteorder(">" if message.is_bigendian else "<")
     pixels = rows.view(order).reshape(height, width, channels)
     return pixels.astype(kind, copy=False)
+
+
+def _bytes(data: Any) -> NDArray[np.uint8]:
+    """What libraries give as the bytes of a message: an array, or bytes."""
+    if isinstance(data, (bytes, bytearray, memoryview)):
+        return np.frombuffer(data, np.uint8)
+    return np.asarray(data, dtype=np.uint8)

@@ -38,7 +38,11 @@ def message_kind(message_type: str) -> str | None:
 
 
 def choose_topics(
-    types: Mapping[str, str], asked: RecordingTopics, *, needs_info: bool = True
+    types: Mapping[str, str],
+    asked: RecordingTopics,
+    *,
+    needs_info: bool = True,
+    where: str = "the recording",
 ) -> RecordingTopics:
     """The topics to read.
 
@@ -50,6 +54,7 @@ def choose_topics(
         types: message type by topic.
         asked: what the user named.
         needs_info: whether a recording without the camera's info is an error.
+        where: what has these topics, for messages.
 
     Returns:
         With a name for color; depth is "" and info None where the recording has none.
@@ -61,7 +66,7 @@ def choose_topics(
     kinds = {topic: kind for topic, kind in types.items() if kind is not None}
     images = [topic for topic, kind in kinds.items() if message_kind(kind) in (IMAGE, COMPRESSED)]
     infos = [topic for topic, kind in kinds.items() if message_kind(kind) == CAMERA_INFO]
-    listing = _listing(types)
+    listing = _listing(types, where)
     for what, name, among in (
         ("color", asked.color, images),
         ("depth", asked.depth, images),
@@ -118,8 +123,8 @@ def _info_beside(color: str, infos: list[str]) -> str | None:
     return others[0] if len(others) == 1 else None
 
 
-def _listing(types: Mapping[str, str]) -> str:
+def _listing(types: Mapping[str, str], where: str) -> str:
     if not types:
-        return "; the recording has no topics"
+        return f"; {where} has no topics"
     topics = ", ".join(f"{topic} ({kind})" for topic, kind in sorted(types.items()))
-    return f"; the recording has {topics}"
+    return f"; {where} has {topics}"

@@ -1,0 +1,1 @@
+"""planegrasp as a node of ROS 2."""

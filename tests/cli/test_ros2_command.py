@@ -1,0 +1,254 @@
+"""`planegrasp ros2`: images in, detections out, over the loopback interface."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from itertools import cycle
+
+import numpy as np
+import pytest
+
+pytest.importorskip("cyclonedds")
+
+from rendered_stream import shots, taught
+from ros2_driver import COLOR, Driver, free_domain, until
+
+from planegrasp.geometry import RigidTransform, Rotation
+from planegrasp.io.recording import open_recorder
+from planegrasp.io.ros2.dds import DdsConfig, DdsNode, dds_type
+from planegrasp.io.ros2.profiles import KEPT, TF_STATIC
+from planegrasp.library import ObjectLibrary
+
+_MAIN = "from planegrasp.cli import main; main()"
+NAME = taught()[0].name
+OUTPUTS = {
+    "/planegrasp/detections": "vision_msgs/msg/Detection3DArray",
+    f"/planegrasp/objects/{NAME}/pose": "geometry_msgs/msg/PoseWithCovarianceStamped",
+    "/planegrasp/overlay": "sensor_msgs/msg/Image",
+    "/planegrasp/markers": "visualization_msgs/msg/MarkerArray",
+    "/tf": "tf2_msgs/msg/TFMessage",
+}
+
+
+@pytest.fixture
+def domain():
+    return free_domain()
+
+
+@pytest.fixture
+def node(domain):
+    with DdsNode(DdsConfig(domain)) as one:
+        yield one
+
+
+@pytest.fixture(scope="module")
+def here(tmp_path_factory):
+    """A folder with a library and a recording."""
+    folder = tmp_path_factory.mktemp("ros2")
+    library = ObjectLibrary(folder / "objects")
+    library.add(taught()[0])
+    library.save()
+    with open_recorder(folder / "run") as recorder:
+        for shot in shots():
+            recorder.write(shot.frame)
+    return folder
+
+
+@pytest.fixture
+def start(here, domain):
+    """Start the command in a process of its own."""
+    begun = []
+
+    def begin(*arguments):
+        command = [sys.executable, "-c", _MAIN, "ros2", *map(str, arguments), "--domain", domain]
+        process = subprocess.Popen(
+            [str(part) for part in command],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            cwd=here,
+        )
+        begun.append(process)
+        return process
+
+    yield begin
+    for process in begun:
+        with process:
+            process.kill()
+
+
+def transform(pose):
+    p, q = pose.position, pose.orientation
+    turn = Rotation.from_quat([q.x, q.y, q.z, q.w])
+    return RigidTransform.from_components([p.x, p.y, p.z], turn)
+
+
+def nanoseconds(header):
+    return header.stamp.sec * 10**9 + header.stamp.nanosec
+
+
+class Listener:
+    """Keeps what comes on each topic by the stamp of its image."""
+
+    def __init__(self, node):
+        self.readers = {topic: node.reader(topic, kind) for topic, kind in OUTPUTS.items()}
+        self.events = node.reader("/planegrasp/events", "std_msgs/msg/String", KEPT)
+        self.by_stamp = {}
+        self.said = []
+
+    def take(self):
+        for topic, reader in self.readers.items():
+            for message, _ in reader.take():
+                self.by_stamp.setdefault(self.stamp(message), {})[topic] = message
+        self.said += [json.loads(message.data) for message, _ in self.events.take()]
+
+    @staticmethod
+    def stamp(message):
+        for members in ("transforms", "markers"):
+            if hasattr(message, members):
+                return nanoseconds(getattr(message, members)[0].header)
+        return nanoseconds(message.header)
+
+    def complete(self):
+        """Stamps with a message on each topic."""
+        return [stamp for stamp, found in self.by_stamp.items() if len(found) == len(OUTPUTS)]
+
+
+class Feed:
+    """Publishes the rendered stream to and fro, and listens."""
+
+    def __init__(self, node):
+        first = shots()[0].frame
+        self.listener = Listener(node)
+        self.truth = {}
+        self._shots = cycle([*shots(), *shots()[::-1]])
+        self._driver = Driver(node, depth=first.depth, camera=first.camera)
+
+    def until(self, condition):
+        """Publish at 30 Hz until a condition holds."""
+        until(lambda: self._send() or condition(), 60.0)
+
+    def _send(self):
+        shot = next(self._shots)
+        header = self._driver.send_frame(shot.frame)
+        self.truth[header.stamp.total_nanoseconds] = shot
+        time.sleep(1 / 30)
+        self.listener.take()
+
+
+def test_images_in_and_everything_out(node, start):
+    feed = Feed(node)
+    listener = feed.listener
+    start(f"ros2:{COLOR}")
+    feed.until(lambda: len(listener.complete()) >= 10)
+    for stamp in listener.complete():
+        found, shot = listener.by_stamp[stamp], feed.truth[stamp]  # the very stamps that were sent
+        (detection,) = found["/planegrasp/detections"].detections
+        assert detection.header.frame_id == "left_optical"
+        (result,) = detection.results
+        assert result.hypothesis.class_id == NAME
+        T = transform(result.pose.pose)
+        assert np.linalg.norm(T.translation - shot.truth[NAME].translation) < 0.01
+        (moved,) = found["/tf"].transforms
+        pose = found[f"/planegrasp/objects/{NAME}/pose"]
+        assert moved.child_frame_id == f"objects/{NAME}"
+        assert moved.header == pose.header == detection.header
+        at = pose.pose.pose.position
+        assert (moved.transform.translation.x, moved.transform.translation.z) == (at.x, at.z)
+        tracked = transform(pose.pose.pose)
+        assert np.linalg.norm(tracked.translation - shot.truth[NAME].translation) < 0.01
+        C = np.reshape(pose.pose.covariance, (6, 6))
+        assert np.all(np.linalg.eigvalsh(C) > 0)
+        overlay = found["/planegrasp/overlay"]
+        drawn = np.frombuffer(overlay.data, np.uint8).reshape(shot.frame.color.shape)
+        share = np.mean(np.any(drawn != shot.frame.color, axis=2))
+        assert 0.001 < share < 0.5
+        assert {m.ns for m in found["/planegrasp/markers"].markers} == {"boxes", "axes", "names"}
+
+
+def test_tasks_and_events(node, start):
+    feed = Feed(node)
+    listener = feed.listener
+    process = start(f"ros2:{COLOR}", "--json")
+    tasks = node.writer("/planegrasp/task", "std_msgs/msg/String")
+    feed.until(lambda: tasks.is_wanted and listener.complete())
+
+    def said():
+        return [event["message"] for event in listener.said if event["kind"] == "task"]
+
+    texts = ('{"priorities": {"nobody": 1}}', "{", f'{{"priorities": {{"{NAME}": 3}}}}')
+    for number, text in enumerate(texts):
+        tasks.write(dds_type("std_msgs/msg/String")(data=text))
+        feed.until(lambda n=number: len(said()) > n)
+    assert "the task wants 'nobody', which was not taught" in said()[0]
+    assert said()[0].endswith("the old one stays")
+    assert "the task '{'" in said()[1]
+    assert said()[2].startswith(f"{NAME} 3;")
+    (added,) = [event for event in listener.said if event["kind"] == "object added"]
+    assert (added["name"], added["grasps"]) == (NAME, ["side/flipped"])
+
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=20)
+    assert process.returncode == 0, err
+    result = json.loads(out)
+    assert result["stopped"] == "signal"
+    assert result["objects"][NAME]["frames"] >= 1
+    assert "Traceback" not in err
+
+
+def test_a_recording_and_the_frame_of_its_camera(node, start):
+    listener = Listener(node)
+    static = node.reader("/tf_static", "tf2_msgs/msg/TFMessage", TF_STATIC)
+    process = start("run", "--json", "--camera-frame", "eye")
+    until(lambda: listener.take() or listener.complete(), 60.0)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 0, err
+    assert json.loads(out)["stopped"] == "end of the source"
+    (stamp, *_) = listener.complete()
+    assert listener.by_stamp[stamp]["/planegrasp/detections"].header.frame_id == "eye"
+    ((message, _),) = static.take()
+    (one,) = message.transforms
+    assert (one.header.frame_id, one.child_frame_id) == ("camera_link", "eye")
+    q = one.transform.rotation
+    # What lies before the lens (optical z) lies before the body (x); right (x) is its -y.
+    turn = Rotation.from_quat([q.x, q.y, q.z, q.w])
+    assert np.allclose(
+        turn.apply([[0, 0, 1], [1, 0, 0], [0, 1, 0]]), [[1, 0, 0], [0, -1, 0], [0, 0, -1]]
+    )
+
+
+def test_a_camera_that_comes_later(node, start):
+    process = start(f"ros2:{COLOR}", "--frames", 3, "--json")
+    line = process.stderr.readline()
+    while "camera lost" not in line:
+        assert line
+        line = process.stderr.readline()
+    assert "trying again until it is there" in line
+    with Driver(node, depth=None).running():
+        out, err = process.communicate(timeout=60)
+    assert process.returncode == 0, err
+    assert json.loads(out)["frames"] == 3
+    assert err.count("camera lost") == 0  # once, above
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["ros2:/a b"], "is no name of a ROS topic"),
+        (["run", "--network", "eth77"], "cannot use the network interface 'eth77'"),
+        (["run", "--namespace", "robot"], "'robot' is no name of a ROS topic"),
+        (["run", "--want", "nobody"], "the task wants 'nobody', which was not taught"),
+        (["run", "--width", "640", "--height", "480"], "are for cameras, run is none"),
+        (["run", "--library", "none"], "no library none"),
+    ],
+)
+def test_what_cannot_be(start, arguments, reason):
+    process = start(*arguments)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert reason in err
+    assert "Traceback" not in err
