@@ -11,7 +11,7 @@ from planegrasp.bench.distractors import distractor_scene
 from planegrasp.bench.scenes import CAMERA, facing_pose, rectangles, view
 from planegrasp.bench.textures import OBJECTS, backgrounds
 from planegrasp.detector import Detector, DetectorConfig
-from planegrasp.errors import InvalidInputError, LibraryError
+from planegrasp.errors import InvalidInputError, LibraryError, UnknownObjectError
 from planegrasp.features import SIFT, SIFTConfig
 from planegrasp.features.oblique import FRONTAL, ObliqueConfig
 from planegrasp.features.pruning import PruningConfig
@@ -601,7 +601,7 @@ def test_a_closer_look_is_at_the_faces_with_most_matches(first_looks, taught, mo
 
 
 def _first_look_only(look):
-    return lambda index, seen, k: replace(look(index, seen, k), closer=False)
+    return lambda index, seen, k, among: replace(look(index, seen, k, among), closer=False)
 
 
 @pytest.mark.parametrize("tilt", [30, 45])
@@ -645,3 +645,14 @@ def test_aligned_grey_values_make_corners_better_than_matches_alone(detector, ta
             errors.append(np.linalg.norm(off, axis=1).mean())
     assert np.median(aligned) < 0.6 * np.median(matched)
     assert np.max(aligned) < 0.5
+
+
+def test_only_some_objects_are_looked_for_where_asked(taught):
+    objects = [taught(name) for name in ("coffee", "astronaut")]
+    detector = Detector(objects, QUICK)
+    scene = frame_of((taught("coffee"), pose(tilt=20)))
+    assert [d.name for d in detector.detect(scene.frame, among=["coffee"])] == ["coffee"]
+    assert detector.detect(scene.frame, among=["astronaut"]) == []
+    assert detector.detect(scene.frame, among=[]) == []
+    with pytest.raises(UnknownObjectError, match="no object .unicorn.; there are astro"):
+        detector.detect(scene.frame, among=["unicorn"])

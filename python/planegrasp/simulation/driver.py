@@ -90,7 +90,10 @@ class SimulatedEyes:
         self._name = world.object_model.name
         # In the caller's thread, so that a run is the same whatever else the machine does.
         live = LiveConfig(background=False)
-        self._live = Live(detector, Task({self._name: 1.0}, others=False), live)
+        # Of an object that the detector does not know nothing is ever seen.
+        known = any(r.object.name == self._name for r in detector.references)
+        task = Task({self._name: 1.0} if known else {}, others=False)
+        self._live = Live(detector, task, live)
         self._background, self._config = background, config or DriverConfig()
         self._seen: deque[Sighting] = deque()
         self._next = 0.0
