@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import threading
+from collections import deque
 from dataclasses import dataclass, field
+from itertools import islice
 from typing import TYPE_CHECKING
 
 from planegrasp.closing import ClosesAtEnd
@@ -24,6 +26,11 @@ if TYPE_CHECKING:
     from planegrasp.tracking import Track
 
 __all__ = ["Live", "LiveConfig", "LiveFrame"]
+
+# New tracks are followed through so many of the frames since they were seen, at most.
+_CAUGHT_UP = 8
+# Frames that are kept for that: a search does not take longer than so many.
+_REMEMBERED = 64
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +101,8 @@ class Live(ClosesAtEnd):
         self._tracker = Tracker(self.config.tracker)
         self._search = SearchThread(detector) if self.config.background else None
         self._searched: float | None = None
+        # Frames since the one that a search is at.
+        self._since: deque[tuple[RGBDFrame, float, RigidTransform]] = deque(maxlen=_REMEMBERED)
         self._unsought: list[Skipped] = []
         self._lock = threading.Lock()
         self._task = Task()
@@ -142,12 +151,16 @@ class Live(ClosesAtEnd):
         found = None if self._search is None else self._search.take()
         if found is not None:
             self.passes += 1
-            self._tracker.take(found.detections, found.time, found.T_fixed_camera)
+            new = self._tracker.take(found.detections, found.time, found.T_fixed_camera)
+            step = 1 + len(self._since) // _CAUGHT_UP
+            self._tracker.catch_up(new, islice(self._since, 0, None, step))
         numbers, skipped = self._scheduler.to_follow(self._tracker.tracks, task)
         watch.lap("take")
         detections = self._tracker.update(frame, T_fixed_camera, only=numbers)
         watch.lap("track")
         self._scheduler.followed(len(numbers), watch.seconds["track"])
+        if self._search is not None and self._tracker.time is not None:
+            self._since.append((frame, self._tracker.time, T_fixed_camera))
         detections += self._look_for_more(frame, T_fixed_camera, task)
         watch.lap("detect")
         after = self._tracker.tracks
@@ -180,6 +193,7 @@ class Live(ClosesAtEnd):
         if not names:
             return []
         if self._search is not None:
+            self._since.clear()
             self._search.start(frame, time, T_fixed_camera, names)
             return []
         new = self._tracker.take(self._detector.detect(frame, among=names), time, T_fixed_camera)

@@ -15,7 +15,7 @@ from planegrasp.tracking.motion import MotionFilterConfig
 from planegrasp.tracking.track import Past, Track
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Collection, Iterable, Sequence
 
     from numpy.typing import NDArray
 
@@ -111,14 +111,9 @@ class Tracker:
             Those seen in this frame, in the order of the tracks.
         """
         camera = _matrix(T_fixed_camera)
-        T_camera_fixed = np.linalg.inv(camera)
         time = self._begin_frame(frame)
         chosen = [t for t in self.tracks if only is None or t.number in only]
-        predicted = [
-            (t.model, t.instance, T_camera_fixed @ self._expected(t, time)) for t in chosen
-        ]
-        followed = self._follower.follow(predicted, frame)
-        found = {t.number: one for t, one in zip(chosen, followed, strict=True)}
+        found = self._followed(chosen, frame, time, camera)
         tracks = [self._seen(track, found.get(track.number), time, camera) for track in self.tracks]
         self._keep([track for track in tracks if not self._is_lost(track, time)])
         return [track.detection for track in self.tracks if track.detection is not None]
@@ -157,9 +152,41 @@ class Tracker:
                 self._replace(replace(known, state=state))
         return new
 
+    def catch_up(
+        self,
+        tracks: Sequence[Track],
+        frames: Iterable[tuple[RGBDFrame, float, RigidTransform | None]],
+    ) -> None:
+        """Follow new tracks through the frames that came while they were being found.
+
+        What moves fast would be too far from where it was found by the next frame.
+
+        Args:
+            tracks: as `take` returned them.
+            frames: since theirs, each with its time [s] and T_fixed_camera, the oldest first.
+        """
+        numbers = {track.number for track in tracks}
+        for frame, time, T_fixed_camera in frames:
+            camera = _matrix(T_fixed_camera)
+            chosen = [t for t in self.tracks if t.number in numbers and t.state.time < time]
+            found = self._followed(chosen, frame, time, camera)
+            for track in chosen:
+                self._replace(self._seen(track, found[track.number], time, camera))
+
     def forget(self, name: str | None = None) -> None:
         """Stop following an object, or all where None."""
         self._keep([t for t in self.tracks if name is not None and t.name != name])
+
+    def _followed(
+        self, tracks: Sequence[Track], frame: RGBDFrame, time: float, T_fixed_camera: Matrix
+    ) -> dict[int, Detection | str]:
+        """Where tracks are seen in a frame, or why not, by their numbers."""
+        T_camera_fixed = np.linalg.inv(T_fixed_camera)
+        predicted = [
+            (t.model, t.instance, T_camera_fixed @ self._expected(t, time)) for t in tracks
+        ]
+        followed = self._follower.follow(predicted, frame)
+        return {t.number: one for t, one in zip(tracks, followed, strict=True)}
 
     def _begin_frame(self, frame: RGBDFrame) -> float:
         time = frame.timestamp
