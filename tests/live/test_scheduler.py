@@ -26,6 +26,7 @@ class Followed:
     number: int
     name: str
     instance: int = 0
+    missing_since: float | None = None
 
 
 LIBRARY = [Named("book"), Named("box", 2), Named("panel"), Named("label")]
@@ -67,6 +68,13 @@ def test_only_what_is_wanted_where_others_do_not_matter():
     assert skipped == []
     # Tracked already, it is still looked for: there may be another one.
     assert Scheduler(LIBRARY).to_find(followed("box"), Task({"box": 1}, others=False))[0] == ["box"]
+
+
+def test_what_is_not_seen_where_it_should_be_is_looked_for():
+    scheduler, task = Scheduler(LIBRARY, at_once=1), Task({"box": 1.0})
+    hidden = [Followed(0, "box", missing_since=1.0)]
+    assert scheduler.is_missing_something(hidden, task)
+    assert scheduler.to_find(hidden, task)[0][0] == "box"
 
 
 def test_whether_something_wanted_is_missing():

@@ -66,7 +66,7 @@ class Scheduler:
 
         The rest has its turn so that further instances are found, and what was not wanted before.
         """
-        tracked = {track.name for track in tracks}
+        tracked = _seen(tracks)
         wanted = self.wanted(task)
         missing = [name for name in wanted if name not in tracked]
         allowed = self._library if task.others else dict.fromkeys(wanted)
@@ -78,10 +78,15 @@ class Scheduler:
         return [*missing, *now], skipped
 
     def is_missing_something(self, tracks: Sequence[Track], task: Task) -> bool:
-        """Whether something wanted is not tracked."""
-        tracked = {track.name for track in tracks}
-        return any(name not in tracked for name in self.wanted(task))
+        """Whether something wanted is not tracked, or not seen where its track should be."""
+        seen = _seen(tracks)
+        return any(name not in seen for name in self.wanted(task))
 
     def _urgency(self, track: Track, task: Task, rank: dict[str, int]) -> tuple[bool, float]:
         priorities = task.priorities or self._library
         return track.name not in rank, -priorities.get(track.name, 0.0)
+
+
+def _seen(tracks: Sequence[Track]) -> set[str]:
+    """Names of the objects that were not looked for in vain: those may have slipped away."""
+    return {track.name for track in tracks if track.missing_since is None}

@@ -126,8 +126,9 @@ class Tracker:
     ) -> list[Track]:
         """Take in what a detector found in the last frame, or in one of the near past.
 
-        What is followed already is left alone, unless the detection shows that its track has slid
-        off; everything else is followed from the next frame on.
+        What is followed already is left alone, unless it was not seen lately or the detection
+        shows that its track has slid off: then it begins again there. Everything else is followed
+        from the next frame on.
 
         Args:
             detections: of one frame; those without a pose are ignored.
@@ -135,7 +136,7 @@ class Tracker:
             T_fixed_camera: pose of the camera at that time.
 
         Returns:
-            The new tracks.
+            The tracks that begin there, or begin again.
         """
         camera = _matrix(T_fixed_camera)
         new = []
@@ -146,10 +147,11 @@ class Tracker:
             known = self._nearest(detection.model, T, time)
             if known is None:
                 new.append(self._begin(detection, T, time))
-            elif self._has_slid_off(known, T, time):
-                state = self._first(detection, T, time)
+            elif known.missing_since is not None or self._has_slid_off(known, T, time):
+                again = replace(known, state=self._first(detection, T, time), missing_since=None)
                 self._pasts[known.number].add(time, T)
-                self._replace(replace(known, state=state))
+                self._replace(again)
+                new.append(again)
         return new
 
     def catch_up(

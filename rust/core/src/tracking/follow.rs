@@ -15,7 +15,7 @@ const GOOD_SCORE: f64 = 0.85;
 const GOOD_SHARE: f64 = 0.6;
 
 /// A prediction may be off by so many pixels of the coarsest frame, each four of the frame's.
-const SHIFT: u32 = 6;
+const SHIFT: u32 = 10;
 
 /// One face where it is seen.
 #[derive(Debug, Clone, PartialEq)]
