@@ -62,9 +62,10 @@ def test_millimetres_by_mistake_are_named():
         RGBDFrame(color(), depth(700.0), CAMERA)
 
 
-def test_millimetres_are_noticed_among_missing_measurements():
+@pytest.mark.parametrize("at", [(0, 0), (1, 2)])
+def test_millimetres_are_noticed_among_missing_measurements(at):
     measured = depth(0.0)
-    measured[0, 0] = 400.0
+    measured[at] = 400.0
     with pytest.raises(DepthError, match="millimetres"):
         RGBDFrame(color(), measured, CAMERA)
 
