@@ -17,9 +17,11 @@ from planegrasp.cli.source_options import (
     DepthScaleOption,
     DepthTopicOption,
     FieldOfViewOption,
+    FramesOption,
     HeightOption,
     InfoTopicOption,
     RateOption,
+    SecondsOption,
     SourceArgument,
     WidthOption,
     open_frames,
@@ -101,12 +103,8 @@ def live(
             rich_help_panel=_RECORDING,
         ),
     ] = None,
-    frames: Annotated[
-        int | None, typer.Option(min=1, help="Stop after so many frames.", show_default="no limit")
-    ] = None,
-    seconds: Annotated[
-        float | None, typer.Option(min=0, help="Stop after so long.", show_default="no limit")
-    ] = None,
+    frames: FramesOption = None,
+    seconds: SecondsOption = None,
     pace: Annotated[
         bool,
         typer.Option(

@@ -6,9 +6,7 @@ import math
 import time
 from contextlib import ExitStack
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from planegrasp.cli.common import JsonOption, console, messages, print_json
 from planegrasp.cli.source_options import (
@@ -17,10 +15,12 @@ from planegrasp.cli.source_options import (
     DepthScaleOption,
     DepthTopicOption,
     FieldOfViewOption,
+    FramesOption,
     HeightOption,
     InfoTopicOption,
     OutputArgument,
     RateOption,
+    SecondsOption,
     SourceArgument,
     WidthOption,
     open_frames,
@@ -42,12 +42,8 @@ def record(
     source: SourceArgument,
     output: OutputArgument,
     *,
-    frames: Annotated[
-        int | None, typer.Option(min=1, help="Stop after so many frames.", show_default="no limit")
-    ] = None,
-    seconds: Annotated[
-        float | None, typer.Option(min=0, help="Stop after so long.", show_default="no limit")
-    ] = None,
+    frames: FramesOption = None,
+    seconds: SecondsOption = None,
     camera: CameraOption = None,
     fov: FieldOfViewOption = None,
     depth_scale: DepthScaleOption = None,

@@ -15,9 +15,11 @@ from planegrasp.cli.source_options import (
     DepthScaleOption,
     DepthTopicOption,
     FieldOfViewOption,
+    FramesOption,
     HeightOption,
     InfoTopicOption,
     RateOption,
+    SecondsOption,
     SourceArgument,
     WidthOption,
     open_frames,
@@ -71,12 +73,8 @@ def ros2(
             rich_help_panel=_ROS,
         ),
     ] = "camera_link",
-    frames: Annotated[
-        int | None, typer.Option(min=1, help="Stop after so many frames.", show_default="no limit")
-    ] = None,
-    seconds: Annotated[
-        float | None, typer.Option(min=0, help="Stop after so long.", show_default="no limit")
-    ] = None,
+    frames: FramesOption = None,
+    seconds: SecondsOption = None,
     camera: CameraOption = None,
     fov: FieldOfViewOption = None,
     depth_scale: DepthScaleOption = None,

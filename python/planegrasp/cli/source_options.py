@@ -72,6 +72,13 @@ InfoTopicOption = Annotated[
     ),
 ]
 
+FramesOption = Annotated[
+    int | None, typer.Option(min=1, help="Stop after so many frames.", show_default="no limit")
+]
+SecondsOption = Annotated[
+    float | None, typer.Option(min=0, help="Stop after so long.", show_default="no limit")
+]
+
 
 def recording_topics(
     color: str | None, depth: str | None, info: str | None

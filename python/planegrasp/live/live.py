@@ -129,11 +129,6 @@ class Live(ClosesAtEnd):
         """Of all objects that a task may want."""
         return tuple(self._models)
 
-    @property
-    def tracker(self) -> Tracker:
-        """What follows the objects."""
-        return self._tracker
-
     def process(self, frame: RGBDFrame, T_fixed_camera: RigidTransform | None = None) -> LiveFrame:
         """Follow what is known into a frame, and look for the rest.
 

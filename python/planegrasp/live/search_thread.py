@@ -25,13 +25,11 @@ class Found:
         detections: in its frame.
         time: of the frame [s].
         T_fixed_camera: pose of the camera then.
-        looked_for: names of the objects.
     """
 
     detections: Sequence[Detection]
     time: float
     T_fixed_camera: RigidTransform
-    looked_for: Sequence[str]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -102,7 +100,7 @@ class SearchThread:
             result: Found | BaseException
             try:
                 detections = self._detector.detect(request.frame, among=request.names)
-                result = Found(detections, request.time, request.T_fixed_camera, request.names)
+                result = Found(detections, request.time, request.T_fixed_camera)
             except Exception as error:
                 result = error
             with self._changed:
