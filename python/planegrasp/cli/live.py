@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from planegrasp.viz.rerun_streams import RerunStream
 
 _SHOWING = "Viewer"
+_FOXGLOVE = "Foxglove"
 _RECORDING = "Recording"
 
 
@@ -103,6 +104,19 @@ def live(
             rich_help_panel=_RECORDING,
         ),
     ] = None,
+    log: LogOption = None,
+    foxglove: Annotated[
+        bool, typer.Option("--foxglove", help="Serve it to Foxglove.", rich_help_panel=_FOXGLOVE)
+    ] = False,
+    foxglove_address: Annotated[
+        str,
+        typer.Option(
+            help="Where to listen; whoever can connect sees everything.",
+            metavar="HOST:PORT",
+            rich_help_panel=_FOXGLOVE,
+        ),
+    ] = "127.0.0.1:8765",
+    foxglove_color: ColorFormatOption = "png",
     frames: FramesOption = None,
     seconds: SecondsOption = None,
     pace: Annotated[
@@ -131,6 +145,8 @@ def live(
         planegrasp live realsense --view
 
         planegrasp live run.mcap --want book=2 --want box --record seen.jsonl --rrd seen.rrd
+
+        planegrasp live realsense --foxglove --log run.mcap
     """
     from planegrasp.cli.live_run import LiveRun
     from planegrasp.cli.live_status import StatusLine
@@ -164,6 +180,7 @@ def live(
         # Without a pace, waiting for the detector costs nothing but time.
         finder = stack.enter_context(Live(detector, task, LiveConfig(background=pace)))
         view_of = _viewer(view, web, rrd, port, web_port, opens=open_browser)
+        fox = _foxglove(models, foxglove_color, foxglove_address, image_rate, log, serves=foxglove)
         stream = stack.enter_context(NewestFrame(opened, StreamConfig(pace=pace)))
         outputs = _outputs(
             stack,
@@ -174,6 +191,10 @@ def live(
             frames=record_frames,
             wait=not pace,
         )
+        if fox is not None:
+            if log is not None:
+                fox.log_to(log)
+            outputs.append(stack.enter_context(FoxgloveOutput(fox, header_of(opened), wait=not pace)))
         status = stack.enter_context(StatusLine())
         for note in stream.notes:
             status.event("note", note, "yellow")
