@@ -48,9 +48,9 @@ class McapLog(ClosesAtEnd):
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._file = _Target(self.path.open("xb"))
-        except FileExistsError as error:
-            raise RecordingError(f"{path} exists already: give a new name") from error
         except OSError as error:
+            if self.path.exists():
+                raise RecordingError(f"{path} exists already: give a new name") from error
             raise RecordingError(f"{path} cannot be written: {error.strerror}") from error
         # Without seeking nothing is written twice: a file that is cut has whole records before
         # the cut. Without a size only `complete` ends a chunk.

@@ -29,7 +29,7 @@ class ServerAddress(NamedTuple):
 
     @classmethod
     def parsed(cls, text: str) -> ServerAddress:
-        """HOST:PORT, HOST, :PORT or PORT; an IPv6 address is in brackets where a port follows.
+        """HOST:PORT, HOST, :PORT, PORT or nothing; brackets are around an IPv6 address with a port.
 
         Raises:
             InvalidInputError: it is none of these.

@@ -77,6 +77,7 @@ class FoxgloveStream(ClosesAtEnd):
         self._ids = ids or FrameIds()
         self._body_frame = body_frame
         self._last: float | None = None
+        self._is_closed = False
         self._context = Context()
         self._channels = Channels(self._context, topics or FoxgloveTopics(), self.config.color)
         colors = object_colors(model.name for model in models)
@@ -158,6 +159,9 @@ class FoxgloveStream(ClosesAtEnd):
         Raises:
             RecordingError: the end of the file cannot be written; all frames can be read.
         """
+        if self._is_closed:
+            return
+        self._is_closed = True
         try:
             self._words.close()
             self._complete(frames=0)
