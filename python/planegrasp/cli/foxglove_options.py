@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -67,9 +68,11 @@ def foxglove_stream(
     """
     from planegrasp.io.foxglove import FoxgloveStream, ServerAddress
 
+    # The library tells of clients that come and go; that is nothing to print between events.
+    logging.getLogger("foxglove").addHandler(logging.NullHandler())
     stream = FoxgloveStream(models, config)
     if address is not None:
         server = stream.serve(ServerAddress.parsed(address))
-        note = ", for everybody who can reach this computer" if server.is_on_network else ""
+        note = ", for everybody who can reach this computer" if server.address.is_on_network else ""
         messages().print(f"Foxglove may connect to {server.url}{note}", soft_wrap=True)
     return stream

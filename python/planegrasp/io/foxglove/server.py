@@ -15,6 +15,8 @@ __all__ = ["HOST", "PORT", "FoxgloveServer", "ServerAddress"]
 HOST, PORT = "127.0.0.1", 8765
 """Where the Foxglove app looks by itself."""
 
+_BACKLOG = 128  # messages that wait for a slow client: a dozen frames, some 20 MB
+
 
 class ServerAddress(NamedTuple):
     """Where to listen.
@@ -46,15 +48,22 @@ class ServerAddress(NamedTuple):
             )
         return cls(host.strip("[]") or HOST, int(port) if port else PORT)
 
+    @property
+    def is_on_network(self) -> bool:
+        """Whether others than this computer can connect."""
+        try:
+            return not ipaddress.ip_address(self.host).is_loopback
+        except ValueError:
+            return self.host != "localhost"
+
 
 class FoxgloveServer(ClosesAtEnd):
     """Serves what is logged in a context to any number of clients; a context manager.
 
-    A client that is too slow misses messages; nobody waits for it.
+    A client that is too slow misses the oldest messages; nobody waits for it.
 
     Attributes:
-        host: where it listens.
-        port: where it listens.
+        address: where it listens.
     """
 
     def __init__(self, context: foxglove.Context, address: ServerAddress | None = None) -> None:
@@ -67,33 +76,29 @@ class FoxgloveServer(ClosesAtEnd):
         Raises:
             ViewerError: the port is taken, or the host is no address of this computer.
         """
-        self.host, port = address or ServerAddress()
+        host, port = address or ServerAddress()
         try:
             self._server = foxglove.start_server(
-                name="planegrasp", host=self.host, port=port, context=context
+                name="planegrasp",
+                host=host,
+                port=port,
+                context=context,
+                message_backlog_size=_BACKLOG,
             )
         except RuntimeError as error:
             reason = str(error).removeprefix("FoxgloveError: Failed to bind port: ")
             raise ViewerError(
-                f"Foxglove cannot be served at {self.host}:{port} ({reason}): give a free port of "
+                f"Foxglove cannot be served at {host}:{port} ({reason}): give a free port of "
                 f"an address of this computer, for example {HOST}:{port + 1 if port else PORT}"
             ) from error
-        self.port = self._server.port
+        self.address = ServerAddress(host, self._server.port)
         self._is_closed = False
 
     @property
     def url(self) -> str:
         """What to give the Foxglove app."""
-        host = f"[{self.host}]" if ":" in self.host else self.host
-        return f"ws://{host}:{self.port}"
-
-    @property
-    def is_on_network(self) -> bool:
-        """Whether others than this computer can connect."""
-        try:
-            return not ipaddress.ip_address(self.host).is_loopback
-        except ValueError:
-            return self.host != "localhost"
+        host, port = self.address
+        return f"ws://[{host}]:{port}" if ":" in host else f"ws://{host}:{port}"
 
     def close(self) -> None:
         """End all connections."""
