@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from planegrasp.io.foxglove.annotations import image_annotations
 from planegrasp.io.foxglove.images import calibration, cloud, color_image, depth_image
 from planegrasp.undistorted import Undistorted
+from planegrasp.viz.picture_rate import PictureRate
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -29,7 +30,7 @@ class Pictures:
     ) -> None:
         self._channels, self._config, self._colors = channels, config, colors
         self._undistorted: Undistorted | None = None
-        self._pictured: float | None = None
+        self._rate = PictureRate(config.image_rate)
 
     def log(self, header: Header, frame: RGBDFrame, detections: Sequence[Detection]) -> None:
         """Log a frame and what is detected in it.
@@ -41,7 +42,7 @@ class Pictures:
         if channels.annotations.has_sinks():
             drawn = image_annotations(header, detections, frame.camera, self._colors)
             channels.annotations.log(drawn, log_time=time)
-        if self._is_due(header.stamp.to_seconds()):
+        if self._rate.is_due(header.stamp.to_seconds()):
             if frame.depth is not None and channels.depth.has_sinks():
                 channels.depth.log(depth_image(header, frame.depth), log_time=time)
             self._log_cloud(header, frame)
@@ -58,14 +59,3 @@ class Pictures:
         depth, color = self._undistorted.depth(frame.depth), self._undistorted.image(frame.color)
         points = cloud(header, depth, color, frame.camera, most)
         channel.log(points, log_time=header.stamp.total_nanoseconds)
-
-    def _is_due(self, seconds: float) -> bool:
-        rate, last = self._config.image_rate, self._pictured
-        if rate is None:
-            return True
-        # A little early is on time: frames come at times of their own.
-        due = last is None or seconds < last or (seconds - last) * rate > 0.99
-        if rate == 0 or not due:
-            return False
-        self._pictured = seconds
-        return True
