@@ -104,6 +104,7 @@ def test_the_first_pixel_lies_half_a_pixel_inside_of_the_corner():
     pixel = 0.3 / 60
     expected = [-0.15 + pixel / 2, 0.1 - pixel / 2, 1.0]
     np.testing.assert_allclose(face.face_from_edge @ centre, expected)
+    np.testing.assert_allclose(face.edge_from_face @ face.face_from_edge, np.eye(3), atol=1e-12)
 
 
 def test_corners_in_the_object_follow_the_face():

@@ -198,7 +198,7 @@ class Detector:
         outcomes = self._search.find(view, look.faces, limit, explain=explain)
         watch.lap("homography")
         sure = {face: o.found for face, o in outcomes.items() if o.is_evident or o.inliers >= _SURE}
-        unsure = self._likeliest(np.setdiff1d(look.faces, list(sure)).astype(np.uint32), view)
+        unsure = self._likeliest([f for f in look.faces.tolist() if f not in sure], view)
         if look.closer and len(unsure):
             view = self._closer(view, sure, unsure)
             watch.lap("match")
@@ -228,16 +228,16 @@ class Detector:
         numbers = [i for i, r in enumerate(self.references) if r.object.name in names]
         return np.array(numbers, dtype=np.uint32)
 
-    def _likeliest(self, unsure: NDArray[np.uint32], view: View) -> NDArray[np.uint32]:
-        """Of the faces that a first look left open those with most matches.
+    def _likeliest(self, unsure: list[int], view: View) -> NDArray[np.uint32]:
+        """Of the faces that a first look left open those with most matches, ascending.
 
         Where there are more of them than a closer look is for, most are not in the frame.
         """
-        if len(unsure) <= self.config.closer_look:
-            return unsure
-        matches = [len(self._search.matches(view.evidence, int(f), 0.8)) for f in unsure]
-        best = np.argsort(matches, kind="stable")[::-1][: self.config.closer_look]
-        return np.sort(unsure[best])
+        if len(unsure) > self.config.closer_look:
+            matches = [len(self._search.matches(view.evidence, f, 0.8)) for f in unsure]
+            best = np.argsort(matches, kind="stable")[::-1][: self.config.closer_look]
+            unsure = sorted(unsure[i] for i in best)
+        return np.array(unsure, dtype=np.uint32)
 
     def _closer(
         self,

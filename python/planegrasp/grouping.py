@@ -46,7 +46,7 @@ def observe(reference: FaceReference, detection: FaceDetection) -> FaceObservati
         height=face.height,
         face_points=apply_homography(face.face_from_edge, detection.reference_points),
         image_points=image_points,
-        homography=detection.homography @ np.linalg.inv(face.face_from_edge),
+        homography=detection.homography @ face.edge_from_face,
     )
 
 

@@ -106,6 +106,18 @@ class PlanarFace:
         )
 
     @property
+    def edge_from_face(self) -> NDArray[np.float64]:
+        """3×3 matrix from metres on the face to edge coordinates, the inverse of the above."""
+        rows, columns = self.image.shape[:2]
+        return np.array(
+            [
+                [columns / self.width, 0.0, columns / 2],
+                [0.0, -rows / self.height, rows / 2],
+                [0.0, 0.0, 1.0],
+            ]
+        )
+
+    @property
     def edge_corners(self) -> NDArray[np.float64]:
         """4×2 corners in edge coordinates: top-left, top-right, bottom-right, bottom-left."""
         rows, columns = self.image.shape[:2]

@@ -43,9 +43,22 @@ def to_core_face(face: FaceObservation) -> _core.Face:
 
 def from_core(estimate: _core.Estimate) -> PoseEstimate:
     """The core's estimate as planegrasp's."""
+    (converted,) = all_from_core([estimate])
+    return converted
+
+
+def all_from_core(estimates: Sequence[_core.Estimate]) -> list[PoseEstimate]:
+    """The core's estimates as planegrasp's; their transforms are made together, which is faster."""
+    if not estimates:
+        return []
+    transforms = _transform(np.stack([estimate.T_camera_object for estimate in estimates]))
+    return [_estimate(e, T) for e, T in zip(estimates, transforms, strict=True)]
+
+
+def _estimate(estimate: _core.Estimate, T_camera_object: RigidTransform) -> PoseEstimate:
     alternative = estimate.alternative
     return PoseEstimate(
-        T_camera_object=_transform(estimate.T_camera_object),
+        T_camera_object=T_camera_object,
         covariance=estimate.covariance,
         ambiguous=estimate.ambiguous,
         alternative=None if alternative is None else _transform(alternative),

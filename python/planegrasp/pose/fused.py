@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from planegrasp import _core
 from planegrasp._convert import to_core_camera
 from planegrasp.errors import PoseError
-from planegrasp.pose._convert import from_core, to_core_faces
+from planegrasp.pose._convert import all_from_core, to_core_faces
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -82,6 +82,10 @@ class FusedEstimator:
     """
 
     config: FusedConfig = field(default_factory=FusedConfig)
+    _settings: _core.FusedSettings = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_settings", self.config._settings())
 
     @property
     def name(self) -> str:
@@ -112,8 +116,10 @@ class FusedEstimator:
                 faces[number] = to_core_faces(observations)
             except PoseError as error:
                 results[number] = error
-        camera, settings = to_core_camera(frame.camera), self.config._settings()
-        estimates = _core.fused(list(faces.values()), camera, frame.depth, settings)
-        for number, one in zip(faces, estimates, strict=True):
-            results[number] = one if isinstance(one, PoseError) else from_core(one)
+        camera = to_core_camera(frame.camera)
+        estimates = _core.fused(list(faces.values()), camera, frame.depth, self._settings)
+        by_number = dict(zip(faces, estimates, strict=True))
+        good = {n: one for n, one in by_number.items() if not isinstance(one, PoseError)}
+        results |= {n: one for n, one in by_number.items() if isinstance(one, PoseError)}
+        results |= zip(good, all_from_core(list(good.values())), strict=True)
         return [results[number] for number in range(len(objects))]
