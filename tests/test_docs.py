@@ -48,7 +48,7 @@ def commands(block):
         ("docs/robots.md", 4),
         ("docs/cameras.md", 3),
         ("docs/live.md", 3),
-        ("docs/ros2.md", 3),
+        ("docs/ros2.md", 4),
     ],
 )
 @pytest.mark.usefixtures("inside")
