@@ -11,6 +11,7 @@ import numpy as np
 from planegrasp.bench.result import BenchResult
 from planegrasp.bench.ros2_latency import measure_latency
 from planegrasp.bench.ros2_restarts import publish_on
+from planegrasp.bench.ros2_seen import Seen
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -50,10 +51,10 @@ def run(seed: int, settings: Ros2Settings, advance: Callable[[], None]) -> Bench
     """Measure the latency, then publish on while the peer is killed."""
     domain = 1 + os.getpid() % 100  # so that two runs at a time do not hear each other
     program = settings.program
-    latency = measure_latency(domain, program, settings.latency_frames, seed, advance)
-    restarts = publish_on(
-        domain, program, settings.frames, settings.kills, seed=seed, advance=advance
-    )
+    seen = Seen.of(seed)
+    latency = measure_latency(seen, domain, program, settings.latency_frames, advance)
+    frames, kills = settings.frames, settings.kills
+    restarts = publish_on(seen, domain, program, frames=frames, kills=kills, advance=advance)
     again = np.array(restarts.again)
     parts = {
         "added": latency.added,

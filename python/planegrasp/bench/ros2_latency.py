@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planegrasp.bench.ros2_peer import Endpoint, Peer
-from planegrasp.bench.stream import StreamSettings, models, stream
-from planegrasp.detector import Detector
 from planegrasp.errors import CameraLostError
 from planegrasp.io.cameras import NewestFrame, StreamConfig
 from planegrasp.io.cameras.ros2 import Ros2Camera
@@ -28,13 +26,13 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from planegrasp.bench.ros2_seen import Seen
     from planegrasp.rgbd import RGBDFrame
 
 _COLOR, _DEPTH, _INFO = "/camera/color", "/camera/depth", "/camera/info"
 _IMAGE = "sensor_msgs/msg/Image"
 _DETECTIONS = "vision_msgs/msg/Detection3DArray"
 _RATE = 30.0
-_PLAYED = 20  # different frames, which are played to and fro
 _SETTLING = 2.0  # until both have found each other and all is warm [s]
 _ENDLESS = 1_000_000  # frames: the peer is killed before
 _BILLION = 1_000_000_000
@@ -64,23 +62,21 @@ class Latency:
 
 
 def measure_latency(
-    domain: int, program: Path | None, frames: int, seed: int, advance: Callable[[], None]
+    seen: Seen, domain: int, program: Path | None, frames: int, advance: Callable[[], None]
 ) -> Latency:
     """Let a peer publish frames of a camera at 30 Hz, and hear what is detected in them.
 
     Args:
+        seen: what the camera shows.
         domain: of DDS.
         program: of the peer.
         frames: how many count.
-        seed: of the stream.
         advance: called every tenth frame.
 
     Raises:
         CameraLostError: no frames come.
     """
-    config = StreamSettings(seconds=_PLAYED / _RATE, objects=1, seed=seed)
-    objects = models(config)
-    played = [_messages(one.frame) for one in stream(config)]
+    played = [_messages(frame) for frame in seen.frames]
     played += played[-2:0:-1]
     writes = [
         Endpoint(_INFO, "sensor_msgs/msg/CameraInfo"),
@@ -90,7 +86,7 @@ def measure_latency(
     reads = [Endpoint(LiveTopics().detections, _DETECTIONS)]
     with (
         DdsNode(DdsConfig(domain)) as node,
-        LivePublisher(node, objects) as publisher,
+        LivePublisher(node, seen.objects) as publisher,
         Peer(domain, reads, writes, program, brief=True) as peer,
     ):
         peer.play(played, _RATE, _ENDLESS)
@@ -98,7 +94,7 @@ def measure_latency(
         begun = _Begun()
         heard: dict[int, int] = {}
         waiting = StreamConfig(wait_at_start=True)
-        with Live(Detector(objects)) as live, NewestFrame(camera, waiting) as newest:
+        with Live(seen.detector) as live, NewestFrame(camera, waiting) as newest:
             settled = None
             while len(begun.stamps) < frames:
                 frame = newest.next(timeout=10.0)
@@ -106,9 +102,9 @@ def measure_latency(
                     raise CameraLostError(f"no frame came for 10 s, after {len(begun.stamps)}")
                 header = camera.header_of(frame)
                 before = time.time_ns()
-                seen = live.process(frame)
+                found = live.process(frame)
                 after = time.time_ns()
-                publisher.publish(seen, header)
+                publisher.publish(found, header)
                 settled = settled or before + round(_SETTLING * _BILLION)
                 if header is not None and frame.depth is not None and before > settled:
                     begun.add(header.stamp.total_nanoseconds, before, after)

@@ -35,8 +35,8 @@ def main() -> None:
         }
         stop = threading.Event()
         listening = threading.Thread(target=_listen, args=(node, readers, given.brief, stop))
-        listening.start()
         _say({"ready": True})
+        listening.start()
         try:
             for line in sys.stdin:
                 _obey(json.loads(line), writers)

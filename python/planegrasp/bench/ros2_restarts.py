@@ -11,9 +11,7 @@ import numpy as np
 
 from planegrasp.bench.ros2_peer import Endpoint, Peer
 from planegrasp.bench.soak import SETTLED, memory_growth, resident
-from planegrasp.bench.stream import StreamSettings, models, stream
 from planegrasp.closing import ClosesAtEnd
-from planegrasp.detector import Detector
 from planegrasp.io.messages import library_events
 from planegrasp.io.messages.header import Stamp
 from planegrasp.io.ros2 import LivePublisher
@@ -23,6 +21,8 @@ from planegrasp.live import Live
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
+
+    from planegrasp.bench.ros2_seen import Seen
 
 _RATE = 30.0
 _LONGEST_WAIT = 20.0  # for the peer to hear something on each topic [s]
@@ -56,45 +56,44 @@ class Restarts:
 
 
 def publish_on(
+    seen: Seen,
     domain: int,
     program: Path | None,
+    *,
     frames: int,
     kills: int,
-    *,
-    seed: int,
     advance: Callable[[], None],
 ) -> Restarts:
     """Publish all topics at 30 Hz; the peer is killed at even intervals.
 
     Args:
+        seen: what is published.
         domain: of DDS.
         program: of the peer.
         frames: how many are published.
         kills: how often the peer is killed (SIGKILL) and started again.
-        seed: of the stream.
         advance: called every tenth frame.
     """
-    config = StreamSettings(seconds=2.0, objects=1, seed=seed)
-    objects = models(config)
-    shown = [one.frame for one in stream(config)]
-    shown += shown[-2:0:-1]
+    shown = [*seen.frames, *seen.frames[-2:0:-1]]
+    (model,) = seen.objects
     publish_ms, memory, late = [], [], 0.0
+    between = frames // (kills + 1)
     with (
         DdsNode(DdsConfig(domain)) as node,
-        LivePublisher(node, objects, body_frame="camera_link") as publisher,
-        Live(Detector(objects)) as live,
-        _Restarted(domain, _topics(objects[0].name), program) as restarted,
+        LivePublisher(node, seen.objects, body_frame="camera_link") as publisher,
+        Live(seen.detector) as live,
+        _Restarted(domain, _topics(model.name), program) as restarted,
     ):
-        publisher.library(library_events((), objects, Stamp()))
+        publisher.library(library_events((), seen.objects, Stamp()))
         begun = time.monotonic()
         for number in range(frames):
             due = begun + number / _RATE
             time.sleep(max(due - time.monotonic(), 0.0))
-            if number and number % (frames // (kills + 1)) == 0:
+            if number and number % between == 0 and number // between <= kills:
                 restarted.kill()
-            seen = live.process(replace(shown[number % len(shown)], timestamp=time.time()))
+            found = live.process(replace(shown[number % len(shown)], timestamp=time.time()))
             before = time.monotonic()
-            publisher.publish(seen)
+            publisher.publish(found)
             after = time.monotonic()
             publish_ms.append(1000 * (after - before))
             if number >= _RATE:

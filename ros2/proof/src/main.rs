@@ -38,6 +38,8 @@ fn main() -> ExitCode {
 fn run() -> Result<(), Failure> {
     let mut arguments = std::env::args().skip(1);
     let domain = arguments.next().ok_or("which domain?")?.parse()?;
+    // What comes while there are still endpoints to make is said after that it is ready.
+    let mut out = std::io::stdout().lock();
     let mut peer = Peer::new(domain)?;
     let mut is_brief = false;
     while let Some(option) = arguments.next() {
@@ -48,7 +50,9 @@ fn run() -> Result<(), Failure> {
             other => return Err(format!("{other:?} is no option").into()),
         }
     }
-    say(&serde_json::json!({"ready": true}));
+    writeln!(out, "{}", serde_json::json!({"ready": true}))?;
+    out.flush()?;
+    drop(out);
     for line in std::io::stdin().lock().lines() {
         match serde_json::from_str(&line?)? {
             Command::Write(one) => peer
