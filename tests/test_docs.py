@@ -42,12 +42,13 @@ def commands(block):
 @pytest.mark.parametrize(
     ("page", "ran"),
     [
-        ("README.md", 10),
+        ("README.md", 11),
         ("docs/tutorial.md", 16),
         ("docs/conventions.md", 1),
         ("docs/robots.md", 4),
         ("docs/cameras.md", 3),
         ("docs/live.md", 3),
+        ("docs/foxglove.md", 5),
         ("docs/ros2.md", 4),
     ],
 )

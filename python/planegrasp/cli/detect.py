@@ -13,6 +13,7 @@ import typer
 
 from planegrasp.cli.common import JsonOption, LibraryOption, console, print_json, wanted_models
 from planegrasp.cli.detection_tables import explanation, print_summary
+from planegrasp.cli.foxglove_options import LogColorOption, foxglove_config, log_option
 from planegrasp.cli.source_options import (
     ColorTopicOption,
     DepthTopicOption,
@@ -42,7 +43,8 @@ def detect(
         Path,
         typer.Argument(
             help="An image, a folder of images, a video, a folder with an RGB-D recording "
-            "(color/ + depth/ + camera.json, TUM RGB-D, BOP), or a ROS recording (bag, MCAP).",
+            "(color/ + depth/ + camera.json, TUM RGB-D, BOP), or a recording of ROS or for "
+            "Foxglove (bag, MCAP).",
             show_default=False,
         ),
     ],
@@ -85,6 +87,8 @@ def detect(
         typer.Option(help="JSON Lines, one frame a line; - is standard output.", metavar="FILE|-"),
     ] = None,
     rrd: Annotated[Path | None, typer.Option(help="Recording for the Rerun viewer.")] = None,
+    log: Annotated[Path | None, log_option()] = None,
+    log_color: LogColorOption = "png",
     explain: Annotated[
         bool,
         typer.Option("--explain", help="Say for every face where the search stopped, and why."),
@@ -143,6 +147,8 @@ def detect(
     out = messages if jsonl == _TO_OUTPUT or as_json else console()
     with ExitStack() as stack:
         sinks = [stack.enter_context(s) for s in _sinks(models, output, jsonl, rrd)]
+        if log is not None:
+            sinks.append(stack.enter_context(_log(log, models, log_color)))
         run.search(detector, frames, [summary, *sinks], out, max_frames)
     if as_json:
         print_json(run.to_dict(frames.name, summary))
@@ -216,6 +222,13 @@ def _sinks(
         from planegrasp.viz.rerun_recording import RerunRecording
 
         yield RerunRecording(rrd, models, colors)
+
+
+def _log(path: Path, models: Iterable[ObjectModel], color: str) -> ResultSink:
+    config = foxglove_config(color)
+    from planegrasp.io.foxglove import DetectionsLog
+
+    return DetectionsLog(path, models, config)
 
 
 def _messages() -> Console:

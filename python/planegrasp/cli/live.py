@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import os
 import sys
-from contextlib import ExitStack
+from contextlib import ExitStack, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from planegrasp.cli.common import JsonOption, LibraryOption, messages, print_json, wanted_models
+from planegrasp.cli.foxglove_options import (
+    LogColorOption,
+    foxglove_config,
+    foxglove_stream,
+    log_option,
+)
 from planegrasp.cli.source_options import (
     CameraOption,
     ColorTopicOption,
@@ -33,10 +39,14 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from planegrasp.cli.live_outputs import Output
+    from planegrasp.io.cameras import Camera
+    from planegrasp.io.foxglove import FoxgloveStream
+    from planegrasp.io.sources import FrameSource
     from planegrasp.objects import ObjectModel
     from planegrasp.viz.rerun_streams import RerunStream
 
 _SHOWING = "Viewer"
+_FOXGLOVE = "Foxglove"
 _RECORDING = "Recording"
 
 
@@ -103,6 +113,20 @@ def live(
             rich_help_panel=_RECORDING,
         ),
     ] = None,
+    log: Annotated[Path | None, log_option(_RECORDING)] = None,
+    log_color: LogColorOption = "png",
+    foxglove: Annotated[
+        bool, typer.Option("--foxglove", help="Serve it to Foxglove.", rich_help_panel=_FOXGLOVE)
+    ] = False,
+    foxglove_address: Annotated[
+        str | None,
+        typer.Option(
+            help="The same, at another address; whoever can connect sees everything.",
+            metavar="HOST:PORT",
+            show_default="127.0.0.1:8765",
+            rich_help_panel=_FOXGLOVE,
+        ),
+    ] = None,
     frames: FramesOption = None,
     seconds: SecondsOption = None,
     pace: Annotated[
@@ -131,6 +155,8 @@ def live(
         planegrasp live realsense --view
 
         planegrasp live run.mcap --want book=2 --want box --record seen.jsonl --rrd seen.rrd
+
+        planegrasp live realsense --foxglove --log run.mcap
     """
     from planegrasp.cli.live_run import LiveRun
     from planegrasp.cli.live_status import StatusLine
@@ -164,6 +190,16 @@ def live(
         # Without a pace, waiting for the detector costs nothing but time.
         finder = stack.enter_context(Live(detector, task, LiveConfig(background=pace)))
         view_of = _viewer(view, web, rrd, port, web_port, opens=open_browser)
+        shared = stack.enter_context(
+            foxglove_stream(
+                models,
+                foxglove_address or ("" if foxglove else None),
+                # A log has every image.
+                foxglove_config(log_color, image_rate if log is None else None),
+            )
+            if foxglove or foxglove_address or log
+            else nullcontext()
+        )
         stream = stack.enter_context(NewestFrame(opened, StreamConfig(pace=pace)))
         outputs = _outputs(
             stack,
@@ -174,6 +210,8 @@ def live(
             frames=record_frames,
             wait=not pace,
         )
+        if shared is not None:
+            outputs.append(_foxglove(stack, shared, log, opened, wait=not pace))
         status = stack.enter_context(StatusLine())
         for note in stream.notes:
             status.event("note", note, "yellow")
@@ -248,3 +286,21 @@ def _outputs(
     if frames is not None:
         outputs.append(stack.enter_context(Record(open_recorder(frames), wait=wait)))
     return outputs
+
+
+def _foxglove(
+    stack: ExitStack,
+    shared: FoxgloveStream,
+    log: Path | None,
+    source: Camera | FrameSource,
+    *,
+    wait: bool,
+) -> Output:
+    """What logs for Foxglove; a file is begun here."""
+    from planegrasp.cli.foxglove_output import FoxgloveOutput
+
+    if log is not None:
+        shared.log_to(log)
+    # A camera of ROS knows the stamps and frames of its images.
+    header_of = getattr(source, "header_of", None)
+    return stack.enter_context(FoxgloveOutput(shared, header_of, wait=wait))

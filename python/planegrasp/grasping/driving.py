@@ -144,9 +144,15 @@ class Drive:
         speeds = self._robot.velocity_limits * self._config.speed
         return self._kinematics.step(self.q, T_base_gripper, self._config.period, speeds)
 
-    def missed(self, T_base_gripper: RigidTransform) -> float:
-        """How far the gripper was told to be from a pose, in tolerances: 1 is just within them."""
-        missed = self._kinematics.forward(self.q).inv() * T_base_gripper
+    def missed(self, T_base_gripper: RigidTransform, q: Float64Array | None = None) -> float:
+        """How far the gripper is from a pose, in tolerances: 1 is just within them.
+
+        Args:
+            T_base_gripper: the pose.
+            q: of the arm, n; where it was told to be last where None.
+        """
+        q = self.q if q is None else q
+        missed = self._kinematics.forward(q).inv() * T_base_gripper
         return max(
             float(np.linalg.norm(missed.translation)) / self._config.position_tolerance,
             float(missed.rotation.magnitude()) / self._config.rotation_tolerance,

@@ -29,6 +29,8 @@ __all__ = ["Pursuit"]
 
 # Times out of tolerance at which the object has jumped rather than moved.
 _JUMPED = 5.0
+# Times out of tolerance from which on the fingers may be beside the object: away from it again.
+_ASIDE = 2.0
 # Times out of tolerance up to which the gripper is before the object, and comes onto its line.
 _BEFORE = 10.0
 
@@ -68,6 +70,8 @@ class Pursuit:
         self._config, self._plan, self._arm, self._target = config, plan, arm, target
         self._kinematics, self._drive, self._nearby = kinematics, drive, nearby
         self._deadline = math.inf
+        # How far before the grasp the gripper is, on its line [m].
+        self._standoff = self._farthest = plan.grasp.pregrasp_distance
 
     def come_before(self) -> None:
         """Through free space to the pre-grasp.
@@ -97,8 +101,26 @@ class Pursuit:
 
     def stay_with(self) -> None:
         """One period at the grasp, while the fingers close."""
-        if self._step(0.0) > _JUMPED:
+        if self._step() > _JUMPED:
             raise StoppedError("missed", "the object moved away while the fingers closed")
+
+    def leave(self, opening: float) -> None:
+        """Back along the grasp's line, wherever an object moves that is still about there.
+
+        Where the arm was in the base, somebody's fingers may be by now.
+
+        Args:
+            opening: time for fingers that are closed to open [s].
+        """
+        lost = self._arm.time - self._target.seen > self._config.lost_after
+        away = self._config.back_speed * self._config.period
+        if self._standoff == 0:
+            for _ in range(round(opening / self._config.period)):
+                lost = lost or self._lags() > _JUMPED
+                self._drive.wait() if lost else self._step()
+        while self._standoff < self._farthest and not (lost or self._lags() > _JUMPED):
+            self._standoff = min(self._farthest, self._standoff + away)
+            self._step()
 
     def _follow(self, path: Path) -> bool:
         """Along a path as long as nothing that moves comes near; whether to its end."""
@@ -130,6 +152,7 @@ class Pursuit:
                 nearby.place(self._expected())
                 return nearby.distance(q) < config.room
 
+            self.leave(0.0)
             self._drive.follow(self._drive.back, fastest=config.back_speed, is_free=is_crowded)
             path = self._new_way()
             # The way begins after the time that it takes to find one.
@@ -167,50 +190,69 @@ class Pursuit:
         return self._nearby.kept(self._plan.reach, reaching=True)
 
     def _come_nearer(self, kept: float) -> None:
-        """From the pre-grasp to the grasp, a little in every period in which it is on its line."""
+        """From the pre-grasp to the grasp, a little in every period in which it is on its line.
+
+        Farther beside its line it goes back: fingers would push the object, or touch who holds it.
+        """
         config = self._config
-        farthest = standoff = self._plan.grasp.pregrasp_distance
-        while standoff > 0:
-            error = self._step(standoff, kept)
+        self._standoff = self._farthest
+        while self._standoff > 0:
+            # By where the arm was told to be, and by where it is.
+            error = max(self._step(kept), self._lags())
+            self._check(self._drive.measured(), self._target.at(self._arm.time), kept, error)
+            nearer = config.reach_speed * config.period
             if error < 1:
-                standoff = max(0.0, standoff - config.reach_speed * config.period)
+                self._standoff = max(0.0, self._standoff - nearer)
             elif self._arm.time > self._deadline:
                 raise _LeftBehindError(
                     "left behind",
                     f"the object was not caught up with in {config.patience:g} s, the gripper "
-                    f"stayed {1000 * standoff:.0f} mm away from it",
+                    f"stayed {1000 * self._standoff:.0f} mm away from it",
                 )
             elif error > _JUMPED:
-                standoff = farthest
+                self._standoff = self._farthest
+            elif error > _ASIDE:
+                self._standoff = min(self._farthest, self._standoff + nearer)
             # In the last part the hand hides the object; beside its line the gripper must see it.
-            if standoff > config.blind or error >= 1:
+            if self._standoff > config.blind or error >= 1:
                 self._check_in_sight()
 
-    def _step(self, standoff: float, kept: float | None = None) -> float:
-        """One period towards a distance before the grasp.
+    def _step(self, kept: float | None = None) -> float:
+        """One period towards the distance before the grasp.
 
         Args:
-            standoff: the distance [m].
             kept: from what moves [m]; None where the fingers close.
 
         Returns:
-            How far the gripper's line is missed: above 1 it is out of tolerance.
+            How far the gripper was told to be beside its line: above 1 it is out of tolerance.
         """
         T_base_object = self._expected()
-        back = RigidTransform.from_translation(-standoff * np.asarray(self._plan.grasp.approach))
-        goal = self._plan.grasp.adapt(T_base_object) * back
+        goal = self._before_grasp(T_base_object)
         q = self._drive.towards(goal)
         if kept is not None:
-            self._nearby.place(T_base_object)
-            self._check(q, kept, self._drive.missed(goal))
+            self._check(q, T_base_object, kept, self._drive.missed(goal))
         self._drive.to(q)
         return self._drive.missed(goal)
 
-    def _check(self, q: Float64Array, kept: float, missed: float) -> None:
+    def _lags(self) -> float:
+        """How far the gripper is from where it should be at this moment, in tolerances."""
+        goal = self._before_grasp(self._target.at(self._arm.time))
+        return self._drive.missed(goal, self._drive.measured())
+
+    def _before_grasp(self, T_base_object: RigidTransform) -> RigidTransform:
+        """T_base_gripper on the line to the grasp of an object that is there."""
+        away = -self._standoff * np.asarray(self._plan.grasp.approach)
+        back = RigidTransform.from_translation(away)
+        return self._plan.grasp.adapt(T_base_object) * back
+
+    def _check(
+        self, q: Float64Array, T_base_object: RigidTransform, kept: float, missed: float
+    ) -> None:
         """Stop before something that is in the way; a gripper beside its line, before the object.
 
         On its line it has the object between its fingers, and needs no margin from it.
         """
+        self._nearby.place(T_base_object)
         contact = self._nearby.contact(q, reaching=missed <= 1)
         if contact is None:
             closest = self._nearby.closest(q, reaching=missed <= _JUMPED)

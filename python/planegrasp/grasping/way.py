@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -134,17 +135,22 @@ class Way:
         if self._pursuit is None:
             self._drive.follow(self._plan.lift, fastest=self._config.lift_speed)
         else:
-            self._eyes = None
+            # Let go by who held it, it is followed no more.
+            self._eyes = self._pursuit = None
             self._rise()
         if not self._arm.is_gripping:
             raise StoppedError("dropped", "the fingers press on nothing after lifting")
 
     def retreat(self) -> None:
-        """Stop, open the gripper, and go back the way that the arm came."""
-        self._eyes = self._target = None
+        """Stop, open the gripper, leave the object, and go back the way that the arm came."""
         self.stay()
         self._arm.grip(self._plan.opening, self._plan.force)
-        self._drive.wait(_LETTING_GO)
+        if self._pursuit is None:
+            self._drive.wait(_LETTING_GO)
+        else:
+            with suppress(StoppedError):
+                self._pursuit.leave(_LETTING_GO)
+        self._eyes = self._target = None
         try:
             self._drive.follow(self._drive.back)
         except StoppedError:

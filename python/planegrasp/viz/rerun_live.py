@@ -31,6 +31,7 @@ from planegrasp.errors import InvalidInputError
 from planegrasp.geometry import RigidTransform
 from planegrasp.undistorted import Undistorted
 from planegrasp.viz.palette import color_of
+from planegrasp.viz.picture_rate import PictureRate
 from planegrasp.viz.rerun_live_objects import ObjectEntities
 from planegrasp.viz.rerun_parts import closed, encoded_color, pinhole, point_cloud, pose_of, rerun
 
@@ -96,7 +97,7 @@ class LiveRecording(ClosesAtEnd):
         self._objects = ObjectEntities(self._log, colors, self.config)
         self._number = 0
         self._first: float | None = None
-        self._pictured: float | None = None
+        self._pictures = PictureRate(self.config.image_rate)
         self._camera: PinholeCamera | None = None
         self._outlined: set[tuple[str, ...]] = set()
         self._states: dict[tuple[str, ...], str] = {}
@@ -128,8 +129,8 @@ class LiveRecording(ClosesAtEnd):
         if frame.camera != self._camera:
             self._camera, self._undistorted = frame.camera, Undistorted(frame.camera)
             self._log(["world", "camera"], pinhole(self._rr, frame.camera))
-            self._pictured = None
-        if self._is_picture_due(frame):
+            self._pictures.restart()
+        if self._pictures.is_due(frame.timestamp):
             self._log_images(frame, T)
         self._log_outlines(seen)
         self._objects.write(seen.tracks)
@@ -156,17 +157,7 @@ class LiveRecording(ClosesAtEnd):
             self._first = frame.timestamp if self._first is None else self._first
             stream.set_time("time", duration=frame.timestamp - self._first)
 
-    def _is_picture_due(self, frame: RGBDFrame) -> bool:
-        if not self.config.image_rate:
-            return False
-        if self._pictured is None or frame.timestamp is None:
-            return True
-        # A little early is on time: frames come at times of their own.
-        since = frame.timestamp - self._pictured
-        return since < 0 or since * self.config.image_rate > 0.99
-
     def _log_images(self, frame: RGBDFrame, T_fixed_camera: RigidTransform) -> None:
-        self._pictured = frame.timestamp
         color = self._undistorted.image(frame.color)
         self._log(["world", "camera", "color"], encoded_color(self._rr, color))
         cloud = ["world", "cloud"]

@@ -107,21 +107,25 @@ def textured(rr: Any, image: NDArray[np.uint8]) -> Any:
 
 
 def point_cloud(
-    depth: NDArray[np.float32], color: NDArray[np.uint8], camera: PinholeCamera
+    depth: NDArray[np.float32],
+    color: NDArray[np.uint8],
+    camera: PinholeCamera,
+    most: int = _MOST_POINTS,
 ) -> tuple[NDArray[np.float32], NDArray[np.uint8], float]:
-    """A depth image without lens distortion as coloured points, thinned to at most about 20 000.
+    """A depth image without lens distortion as coloured points, thinned by rows and columns.
 
     Args:
         depth: H×W metres, 0 = no measurement.
         color: H×W×3 RGB.
         camera: whose K is used, without its distortion.
+        most: so many pixels are looked at, at most.
 
     Returns:
         N×3 points [m] in the camera's optical frame, N×3 colours (RGB), and a radius [m] at which
         neighbours touch.
     """
     rows, columns = depth.shape
-    step = max(1, int(np.ceil(np.sqrt(rows * columns / _MOST_POINTS))))
+    step = max(1, int(np.ceil(np.sqrt(rows * columns / most))))
     v, u = np.mgrid[0:rows:step, 0:columns:step]
     z = depth[v, u]
     valid = z > 0

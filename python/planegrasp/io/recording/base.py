@@ -55,9 +55,7 @@ class Recorder(ClosesAtEnd):
         """
         if self._failed:
             raise RecordingError(f"{self.path} could not be written any further, see before")
-        stamp = frame.timestamp
-        if stamp is None or not math.isfinite(stamp):
-            stamp = 0.0 if self._last is None else self._last + _USUAL_INTERVAL
+        stamp = stamp_after(self._last, frame.timestamp)
         try:
             self._write(frame, stamp)
         except OSError as error:
@@ -98,6 +96,13 @@ class Recorder(ClosesAtEnd):
 
     def _give_up(self) -> None:
         """Release what is open after a failure, without an exception."""
+
+
+def stamp_after(last: float | None, stamp: float | None) -> float:
+    """The timestamp of a frame [s]; one without comes 1/30 s after the last, or at 0."""
+    if stamp is not None and math.isfinite(stamp):
+        return stamp
+    return 0.0 if last is None else last + _USUAL_INTERVAL
 
 
 def whole_millimetres(depth: NDArray[np.float32]) -> bool:

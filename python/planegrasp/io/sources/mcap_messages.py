@@ -6,7 +6,8 @@ import struct
 from typing import TYPE_CHECKING, BinaryIO, cast
 
 from planegrasp.errors import MissingExtraError, SourceError
-from planegrasp.io.sources.ros_messages import RawMessage
+from planegrasp.io.sources.foxglove_messages import FoxgloveMessage, FoxgloveTypes
+from planegrasp.io.sources.ros_messages import RawMessage, RecordedMessage
 
 try:
     from mcap.exceptions import EndOfFile, McapError
@@ -56,29 +57,37 @@ class McapFiles:
                 count = summary.statistics.channel_message_counts.get(channel.id, 0)
                 self._add(channel, schema, count)
 
-    def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
+    def messages(self, topics: Collection[str]) -> Iterator[RecordedMessage]:
         """See `MessageFile.messages`."""
         for path in self._paths:
-            for schema, channel, message in _read(path):
+            types = FoxgloveTypes()
+            for schema, channel, message in _Records(path):
+                if channel.topic not in topics or schema is None:
+                    continue
+                stamp = message.log_time / 1e9
                 is_ros1 = _ENCODINGS.get(channel.message_encoding)
-                if channel.topic in topics and schema is not None and is_ros1 is not None:
-                    stamp = message.log_time / 1e9
+                if is_ros1 is not None:
                     yield RawMessage(channel.topic, stamp, schema.name, message.data, is_ros1)
+                    continue
+                decode = types.decoder(channel.message_encoding, schema)
+                if decode is not None:
+                    yield FoxgloveMessage(channel.topic, stamp, schema.name, message.data, decode)
 
     def _scan(self, path: Path) -> None:
         first: int | None = None
         last = 0
-        for schema, channel, message in _read(path):
+        records = _Records(path)
+        for schema, channel, message in records:
             self._add(channel, schema, 1)
             first = message.log_time if first is None else first
             last = message.log_time
-        with path.open("rb") as stream:
-            if _is_finished(stream):
-                return
-        seconds = 0.0 if first is None else (last - first) / 1e9
-        self.cut_off = (
-            f"{path.name} was cut off when it was recorded: it ends after {seconds:.1f} s"
-        )
+        if records.is_finished:
+            return
+        self.cut_off = f"{path.name} was cut off when it was recorded: it ends "
+        if first is not None:
+            whole, rest = divmod(last, 10**9)
+            self.cut_off += f"after {(last - first) / 1e9:.1f} s at {whole}.{rest:09d}, "
+        self.cut_off += f"whole up to byte {records.end} of {path.stat().st_size}"
 
     def _add(self, channel: Channel, schema: Schema | None, count: int) -> None:
         name = "" if schema is None else schema.name
@@ -86,25 +95,38 @@ class McapFiles:
         self.counts[channel.topic] = self.counts.get(channel.topic, 0) + count
 
 
-def _read(path: Path) -> Iterator[tuple[Schema | None, Channel, Message]]:
-    """All messages; those of a file that was not finished up to where it goes."""
-    with path.open("rb") as stream:
-        finished = _is_finished(stream)
+class _Records:
+    """All messages of a file; those of one that was not finished up to where it goes.
+
+    Attributes:
+        is_finished: whether the file ends as a finished one does.
+        end: byte after the last complete record that was read.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self.end = 0
+        with path.open("rb") as stream:
+            self.is_finished = _is_finished(stream)
+
+    def __iter__(self) -> Iterator[tuple[Schema | None, Channel, Message]]:
         schemas: dict[int, Schema] = {}
         channels: dict[int, Channel] = {}
-        try:
-            exact = cast("BinaryIO", _Exact(stream))
-            for record in StreamReader(exact, validate_crcs=True).records:
-                if isinstance(record, Schema):
-                    schemas[record.id] = record
-                elif isinstance(record, Channel):
-                    channels[record.id] = record
-                elif isinstance(record, Message):
-                    channel = channels[record.channel_id]
-                    yield schemas.get(channel.schema_id), channel, record
-        except (*_DAMAGE, KeyError) as error:
-            if finished:
-                raise SourceError(f"{path} is a damaged MCAP file: {error!r}") from error
+        with self._path.open("rb") as stream:
+            try:
+                exact = cast("BinaryIO", _Exact(stream))
+                for record in StreamReader(exact, validate_crcs=True).records:
+                    self.end = stream.tell()
+                    if isinstance(record, Schema):
+                        schemas[record.id] = record
+                    elif isinstance(record, Channel):
+                        channels[record.id] = record
+                    elif isinstance(record, Message):
+                        channel = channels[record.channel_id]
+                        yield schemas.get(channel.schema_id), channel, record
+            except (*_DAMAGE, KeyError) as error:
+                if self.is_finished:
+                    raise SourceError(f"{self._path} is a damaged MCAP file: {error!r}") from error
 
 
 def _summary(path: Path) -> Summary | None:

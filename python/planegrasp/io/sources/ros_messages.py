@@ -25,6 +25,11 @@ _ROS1 = get_typestore(Stores.ROS1_NOETIC)
 _ROS2 = get_typestore(Stores.ROS2_HUMBLE)
 
 
+def ros_type(name: str) -> Any:
+    """The class of a message of ROS 2, for example of ``sensor_msgs/msg/Image``."""
+    return _ROS2.types[name]
+
+
 @dataclass(frozen=True, slots=True)
 class RawMessage:
     """A message as it lies in the recording.
@@ -59,6 +64,28 @@ class RawMessage:
             raise SourceError(f"a message of {self.topic} is damaged: {error}") from error
 
 
+class RecordedMessage(Protocol):
+    """A message of a recording, see `RawMessage`."""
+
+    @property
+    def topic(self) -> str:
+        """Its name."""
+        ...
+
+    @property
+    def stamp(self) -> float:
+        """When it was recorded [s]."""
+        ...
+
+    def read(self) -> Any:
+        """The message with its fields, as ROS names them.
+
+        Raises:
+            SourceError: it is damaged.
+        """
+        ...
+
+
 class MessageFile(Protocol):
     """A recording of messages.
 
@@ -72,7 +99,7 @@ class MessageFile(Protocol):
     counts: dict[str, int]
     cut_off: str
 
-    def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
+    def messages(self, topics: Collection[str]) -> Iterator[RecordedMessage]:
         """The messages of some topics, in the order of the recording.
 
         Raises:

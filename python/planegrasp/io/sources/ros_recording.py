@@ -1,4 +1,4 @@
-"""ROS recordings as frames: sensor_msgs images, aligned depth and camera info."""
+"""Recordings of messages as frames: images, aligned depth and camera info, of ROS or Foxglove."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from planegrasp.geometry import PinholeCamera
-    from planegrasp.io.sources.ros_messages import MessageFile, RawMessage
+    from planegrasp.io.sources.ros_messages import MessageFile, RecordedMessage
 
 _STAMPS = 20
 """Colour images that tell the frame rate."""
@@ -29,7 +29,7 @@ _PATIENCE = 30
 
 
 class RosRecording:
-    """A `FrameSource` over a ROS 1 bag, a ROS 2 recording or an MCAP file.
+    """A `FrameSource` over a ROS 1 bag, a ROS 2 recording or an MCAP file (of ROS or Foxglove).
 
     Colour goes with the depth whose timestamp is nearest, within half a frame; else it comes
     without depth. Frames are named 000000, 000001 and so on.
@@ -172,7 +172,7 @@ class _Cameras:
         return self._by_size.get((width, height), self._first)
 
 
-def _stamp(raw: RawMessage, message: Any) -> float:
+def _stamp(raw: RecordedMessage, message: Any) -> float:
     """When the image was taken [s], or recorded where its header does not say."""
     stamp = message.header.stamp
     seconds = stamp.sec + stamp.nanosec * 1e-9

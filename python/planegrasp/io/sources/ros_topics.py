@@ -1,4 +1,4 @@
-"""Which topics of a ROS recording are colour, depth and camera."""
+"""Which topics of a recording are colour, depth and camera."""
 
 from __future__ import annotations
 
@@ -12,6 +12,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
 IMAGE, COMPRESSED, CAMERA_INFO = "Image", "CompressedImage", "CameraInfo"
+_FOXGLOVE = {
+    "foxglove.RawImage": IMAGE,
+    "foxglove.CompressedImage": COMPRESSED,
+    "foxglove.CameraCalibration": CAMERA_INFO,
+}
 _TRANSPORTS = re.compile(r"/(compressed|compressedDepth|theora|zstd)$")
 
 
@@ -31,7 +36,9 @@ class RecordingTopics:
 
 
 def message_kind(message_type: str) -> str | None:
-    """Image, CompressedImage or CameraInfo of sensor_msgs, by ROS 1 or ROS 2; else None."""
+    """Image, CompressedImage or CameraInfo, as ROS 1, ROS 2 or Foxglove have it; else None."""
+    if message_type in _FOXGLOVE:
+        return _FOXGLOVE[message_type]
     parts = message_type.split("/")
     known = parts[0] == "sensor_msgs" and parts[-1] in (IMAGE, COMPRESSED, CAMERA_INFO)
     return parts[-1] if known else None
@@ -82,7 +89,9 @@ def choose_topics(
         listing,
     )
     if color is None:
-        raise SourceError(f"there is no colour image (sensor_msgs Image){listing}")
+        raise SourceError(
+            f"there is no colour image (sensor_msgs Image, foxglove RawImage){listing}"
+        )
     depth = asked.depth
     if depth is None:
         depth = _one(depths, [_has("aligned", "registered"), _is_plain(types)], "depth", listing)
