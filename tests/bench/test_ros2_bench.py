@@ -18,12 +18,12 @@ from planegrasp.bench.ros2_restarts import Restarts
 @pytest.mark.parametrize("peer", ["another DDS", "the same DDS"])
 def test_latency_and_a_killed_peer(peer):
     program = built_peer() if peer == "another DDS" else None
-    settings = ros2.Ros2Settings(frames=180, kills=1, latency_frames=20, program=program)
+    settings = ros2.Ros2Settings(frames=360, kills=1, latency_frames=20, program=program)
     steps = []
     result = ros2.run(0, settings, lambda: steps.append(1))
     assert len(steps) == settings.steps
     figures = json.loads(result.to_json())["figures"]
-    assert figures["frames"] == 180
+    assert figures["frames"] == 360
     assert figures["restarts"] == figures["received_again"] == 1
     assert figures["seconds_to_receive_max"] > 0
     assert 0 < figures["added_ms_median"] <= figures["added_ms_p99"]

@@ -48,13 +48,14 @@ class Ros2Settings:
 
 
 def run(seed: int, settings: Ros2Settings, advance: Callable[[], None]) -> BenchResult:
-    """Measure the latency, then publish on while the peer is killed."""
+    """Publish on while the peer is killed, then measure the latency."""
     domain = 1 + os.getpid() % 100  # so that two runs at a time do not hear each other
     program = settings.program
     seen = Seen.of(seed)
-    latency = measure_latency(seen, domain, program, settings.latency_frames, advance)
     frames, kills = settings.frames, settings.kills
+    # First what memory is measured of: what the latency takes and gives back would show in it.
     restarts = publish_on(seen, domain, program, frames=frames, kills=kills, advance=advance)
+    latency = measure_latency(seen, domain, program, settings.latency_frames, advance)
     again = np.array(restarts.again)
     parts = {
         "added": latency.added,

@@ -37,7 +37,7 @@ class Restarts:
         again: from each start of the peer until it had heard something on every topic [s]; NaN
             where it did not.
         publish_ms: of each frame: how long publishing took.
-        late_ms: the longest that a frame was behind its time, from which on all was warm.
+        late_ms: the longest that a frame was behind its time, after the first second.
         refused: messages that found no room.
         memory: of this process over the run [MB].
     """
