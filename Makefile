@@ -4,7 +4,10 @@ VENV := .venv
 BIN := $(VENV)/bin
 RUST_SOURCES := $(shell find rust -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
-.PHONY: build demo test lint format bench fuzz clean constraints
+.PHONY: build demo test proof lint format bench fuzz clean constraints
+
+# The participant of ROS 2 on another DDS, a workspace of its own: only tests and lint need it.
+PROOF := --manifest-path ros2/proof/Cargo.toml
 
 build: $(VENV)/.built
 
@@ -22,9 +25,12 @@ $(VENV)/.built: $(VENV)/.installed $(RUST_SOURCES)
 demo: build
 	$(BIN)/planegrasp demo --output out/demo
 
-test: build
+test: build proof
 	cargo test --release --package planegrasp-core --all-features --quiet
 	$(BIN)/python -m pytest -n 2 -q
+
+proof:
+	cargo build --release --locked --quiet $(PROOF)
 
 lint: build
 	$(BIN)/ruff check .
@@ -32,11 +38,14 @@ lint: build
 	$(BIN)/mypy
 	cargo fmt --check
 	cargo clippy --release --workspace --all-targets --quiet -- -D warnings
+	cargo fmt --check $(PROOF)
+	cargo clippy --release --locked --quiet $(PROOF) -- -D warnings
 
 format: build
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 	cargo fmt
+	cargo fmt $(PROOF)
 
 bench: build
 	for name in tilt objects pose negatives grasp; do \
@@ -56,4 +65,4 @@ constraints: $(VENV)/.installed
 		--all-extras pyproject.toml constraints.in -o constraints.txt
 
 clean:
-	rm -rf $(VENV) target out
+	rm -rf $(VENV) target ros2/proof/target out

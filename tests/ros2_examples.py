@@ -9,6 +9,9 @@ from planegrasp.io.messages import (
     Box,
     DetectedObject,
     DetectionsMessage,
+    GraspPlanMessage,
+    GraspRefusalMessage,
+    GraspVerdict,
     Header,
     Pose,
     PoseWithCovariance,
@@ -24,6 +27,7 @@ from planegrasp.io.ros2.conversions import (
     pose_stamped,
     tf_message,
 )
+from planegrasp.io.ros2.grasp_conversions import joint_trajectory, pose_array, verdicts_array
 from planegrasp.io.ros2.markers import marker_array
 
 HEADER = Header(Stamp(1_700_000_000, 123_456_789), "camera_color_optical_frame")
@@ -61,6 +65,31 @@ def tracks():
     return TracksMessage(HEADER, (seen, hidden), lost=(3,))
 
 
+def plan():
+    chosen = GraspVerdict("side", True, "", 0.8, (("clearance", 0.01), ("limit_margin", 1 / 3)))
+    other = GraspVerdict("top", False, "out of reach by 0.2 m", 0.0, ())
+    return GraspPlanMessage(
+        header=Header(HEADER.stamp, "base_link"),
+        name="bücher",
+        grasp="side",
+        object_pose=pose(6),
+        gripper_pose=pose(7),
+        pregrasp_pose=pose(8),
+        opening=0.06,
+        force=40.0,
+        joints=("shoulder", "elbow"),
+        move=((0.0, 1.0), (0.1, 1 / 3), (0.5, 1.5)),
+        reach=((0.5, 1.5), (0.6, 1.25)),
+        lift=((0.6, 1.25), (0.7, 1.0)),
+        verdicts=(chosen, other),
+    )
+
+
+def refusal():
+    refused = GraspVerdict("side", False, "out of reach by 0.2 m", 0.0, (("position_error", 0.2),))
+    return GraspRefusalMessage(HEADER, "bücher", "no grasp can be done", (refused,))
+
+
 def messages(types):
     """By type: one message of each, made of these types."""
     rng = np.random.default_rng(0)
@@ -79,5 +108,10 @@ def messages(types):
             header=image.header, format="png", data=np.frombuffer(b"\x89PNG", np.uint8)
         ),
         "sensor_msgs/msg/CameraInfo": camera_info_message(types, HEADER, CAMERA),
+        "trajectory_msgs/msg/JointTrajectory": joint_trajectory(
+            types, HEADER, plan().joints, plan().move
+        ),
+        "geometry_msgs/msg/PoseArray": pose_array(types, HEADER, [pose(1), pose(2)]),
+        "diagnostic_msgs/msg/DiagnosticArray": verdicts_array(types, plan()),
         "std_msgs/msg/String": types("std_msgs/msg/String")(data='{"priorities": {"bücher": 1}}'),
     }

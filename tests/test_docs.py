@@ -49,7 +49,7 @@ def commands(block):
         ("docs/cameras.md", 3),
         ("docs/live.md", 3),
         ("docs/foxglove.md", 5),
-        ("docs/ros2.md", 3),
+        ("docs/ros2.md", 4),
     ],
 )
 @pytest.mark.usefixtures("inside")

@@ -10,9 +10,13 @@ import numpy as np
 from planegrasp.errors import CameraError, DepthError, ImageError
 
 if TYPE_CHECKING:
+    from typing import Any, TypeVar
+
     from numpy.typing import NDArray
 
     from planegrasp.geometry import PinholeCamera
+
+    Float = TypeVar("Float", bound=NDArray[Any])
 
 # No RGB-D camera measures farther than this; median depths beyond are millimetres by mistake.
 _FARTHEST_METRES = 50.0
@@ -86,15 +90,23 @@ def _check_depth(depth: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[
             f"depth is float32 metres, got {array.dtype}: convert it first, for millimetres "
             f"depth.astype(np.float32) / 1000"
         )
-    valid = np.isfinite(array) & (array > 0)
-    if valid.any():
-        # A sample tells the unit; the median of all pixels would take longer than tracking does.
-        sample = array[::_SAMPLED, ::_SAMPLED][valid[::_SAMPLED, ::_SAMPLED]]
-        median = float(np.median(sample if sample.size else array[valid]))
-        if median > _FARTHEST_METRES:
-            raise DepthError(
-                f"depth must be in metres, but its median is {median:.6g}: "
-                f"that looks like millimetres, divide by 1000"
-            )
-    clean: NDArray[np.float32] = np.where(valid, array, 0).astype(np.float32)
-    return np.ascontiguousarray(clean)
+    clean = measured(array)
+    # A sample tells the unit; the median of all pixels would take longer than tracking does.
+    sample = clean[::_SAMPLED, ::_SAMPLED]
+    if not sample.any():
+        sample = clean
+    sample = sample[sample > 0]
+    if sample.size and (median := float(np.median(sample))) > _FARTHEST_METRES:
+        raise DepthError(
+            f"depth must be in metres, but its median is {median:.6g}: "
+            f"that looks like millimetres, divide by 1000"
+        )
+    return np.ascontiguousarray(clean, dtype=np.float32)
+
+
+def measured(depth: Float) -> Float:
+    """A copy of a depth image in which what is not finite or is negative is 0."""
+    clean: Float = np.fmax(depth, 0)  # 0 of NaN and 0; far faster than a mask
+    if clean.size and np.isinf(clean.max()):
+        clean[np.isinf(clean)] = 0
+    return clean

@@ -14,7 +14,7 @@ setup(
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
         *(
-            (f"share/{NAME}/{part}", [str(file) for file in Path(part).iterdir()])
+            (f"share/{NAME}/{part}", [str(file) for file in Path(part).iterdir() if file.is_file()])
             for part in ("launch", "config", "rviz")
         ),
     ],

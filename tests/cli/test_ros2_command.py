@@ -15,11 +15,16 @@ import pytest
 pytest.importorskip("cyclonedds")
 
 from rendered_stream import shots, taught
-from ros2_driver import COLOR, Driver, free_domain, until
+from ros2_driver import COLOR, DEPTH, INFO, Driver, free_domain, until
+from ros2_proof import Heard, built_peer
 
+from planegrasp.bench.ros2_peer import Endpoint, Peer
 from planegrasp.geometry import RigidTransform, Rotation
+from planegrasp.io.messages import Header, Stamp
 from planegrasp.io.recording import open_recorder
+from planegrasp.io.ros2.conversions import camera_info_message, image_message
 from planegrasp.io.ros2.dds import DdsConfig, DdsNode, dds_type
+from planegrasp.io.ros2.dds.as_json import message_to_json
 from planegrasp.io.ros2.profiles import KEPT, TF_STATIC
 from planegrasp.library import ObjectLibrary
 
@@ -198,6 +203,61 @@ def test_tasks_and_events(node, start):
     assert result["stopped"] == "signal"
     assert result["objects"][NAME]["frames"] >= 1
     assert "Traceback" not in err
+
+
+def test_with_a_camera_and_a_listener_on_another_dds(domain, start):
+    """The peer's images in, everything out to the peer, and its task."""
+    header = Header(Stamp(1, 0), "left_optical")
+    frames = [
+        [
+            (INFO, camera_info_message(dds_type, header, frame.camera)),
+            (DEPTH, image_message(dds_type, header, frame.depth, "32FC1")),
+            (COLOR, image_message(dds_type, header, frame.color, "rgb8")),
+        ]
+        for frame in (shot.frame for shot in shots())
+    ]
+    image = "sensor_msgs/msg/Image"
+    writes = [
+        Endpoint(INFO, "sensor_msgs/msg/CameraInfo"),
+        Endpoint(DEPTH, image),
+        Endpoint(COLOR, image),
+        Endpoint("/planegrasp/task", "std_msgs/msg/String"),
+    ]
+    reads = [Endpoint(topic, kind) for topic, kind in OUTPUTS.items()]
+    reads.append(Endpoint("/planegrasp/events", "std_msgs/msg/String", "kept"))
+    there_and_back = [*frames, *frames[::-1]]
+    with Peer(domain, reads, writes, built_peer()) as peer:
+        heard = Heard(peer, reads)
+        start(f"ros2:{COLOR}")
+        as_json = [[(t, message_to_json(m)) for t, m in one] for one in there_and_back]
+
+        def played(condition):
+            before = heard.played
+            peer.play(as_json, rate=30.0, count=len(as_json))
+            until(lambda: heard.listen(0.05) or heard.played > before)
+            return condition()
+
+        until(lambda: played(lambda: all(heard.messages.values())), 60.0)
+        peer.write("/planegrasp/task", {"data": "{}"})
+
+        def said():
+            events = [json.loads(one.data) for one in heard.messages["/planegrasp/events"]]
+            return any(event["kind"] == "task" for event in events)
+
+        until(lambda: played(said), 20.0)
+    found = heard.messages["/planegrasp/detections"]
+    stamps = {nanoseconds(one.header) for one in found}
+    assert len(stamps) == len(found)
+    for topic in (f"/planegrasp/objects/{NAME}/pose", "/planegrasp/overlay"):
+        assert {nanoseconds(one.header) for one in heard.messages[topic]} <= stamps
+    assert {one.header.frame_id for one in found} == {"left_optical"}
+    for one in found:
+        for detection in one.detections:
+            T = transform(detection.results[0].pose.pose)
+            assert any(
+                np.linalg.norm(T.translation - shot.truth[NAME].translation) < 0.01
+                for shot in shots()
+            )
 
 
 def test_a_recording_and_the_frame_of_its_camera(node, start):

@@ -19,7 +19,7 @@ from typing import ClassVar
 import numpy as np
 from rosbags.interfaces import Nodetype
 
-_DOUBLES = {"float32": "float", "float64": "double"}
+_NAMES = {"float32": "float", "float64": "double", "byte": "octet"}
 
 
 def install(store):
@@ -100,7 +100,7 @@ def message_classes(store):
 def _described(kind):
     node, inner = kind
     if node is Nodetype.BASE:
-        return _DOUBLES.get(inner[0], inner[0])
+        return _NAMES.get(inner[0], inner[0])
     if node is Nodetype.NAME:
         package, _, name = inner.split("/")
         return f"{package}/{name}"
@@ -116,7 +116,8 @@ def _check(value, kind, get_message, where):
         assert isinstance(value, get_message(inner)), where
     elif node is Nodetype.BASE:
         name = inner[0]
-        wanted = {"string": str, "bool": bool}.get(name, float if "float" in name else int)
+        kinds = {"string": str, "bool": bool, "byte": bytes}
+        wanted = kinds.get(name, float if "float" in name else int)
         assert type(value) is wanted, f"{where} is a {name}, got {value!r}"
     elif node is Nodetype.ARRAY:
         (_, (name, _)), count = inner

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
     from planegrasp.rgbd import RGBDFrame
 
-# Frames until caches, workspaces and the allocator have settled: a tenth of all.
-_SETTLED = 0.1
+SETTLED = 0.1
+"""Share of the frames until caches, workspaces and the allocator have settled."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,13 +121,12 @@ def run(seed: int, settings: SoakSettings, advance: Callable[[], None]) -> Bench
                 kinds = [event.kind for event in newest.take_events()]
                 lost += kinds.count(EventKind.LOST)
                 picked_up += kinds.count(EventKind.FOUND)
-                if number >= _SETTLED * settings.frames:
-                    memory.append(_resident())
+                if number >= SETTLED * settings.frames:
+                    memory.append(resident())
                     threads.append(threading.active_count())
                 advance()
     minutes = (time.monotonic() - began) / 60.0
-    quarter = max(len(memory) // 4, 1)
-    growth = float(np.median(memory[-quarter:]) - np.median(memory[:quarter]))
+    growth = memory_growth(memory)
     figures = {
         "frames": float(settings.frames),
         "camera_losses": float(lost),
@@ -159,7 +158,13 @@ def run(seed: int, settings: SoakSettings, advance: Callable[[], None]) -> Bench
     )
 
 
-def _resident() -> float:
+def memory_growth(memory: Sequence[float]) -> float:
+    """The last quarter of a series against the first, by their medians [MB]."""
+    quarter = max(len(memory) // 4, 1)
+    return float(np.median(memory[-quarter:]) - np.median(memory[:quarter]))
+
+
+def resident() -> float:
     """Memory of this process [MB]."""
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     return pages * resource.getpagesize() / 1e6

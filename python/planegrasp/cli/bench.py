@@ -279,6 +279,44 @@ def soak(
 
 
 @app.command()
+def ros2(
+    *,
+    frames: Annotated[
+        int | None,
+        typer.Option(min=100, help="Frames to publish.", show_default="10000, at 30 Hz"),
+    ] = None,
+    kills: Annotated[
+        int | None, typer.Option(min=0, help="How often the peer is killed.", show_default="20")
+    ] = None,
+    peer: Annotated[
+        Path | None,
+        typer.Option(
+            help="Program of the peer: ros2/proof/target/release/ros2-peer.",
+            metavar="FILE",
+            show_default="one in Python, on the same DDS",
+            exists=True,
+            dir_okay=False,
+            resolve_path=True,
+        ),
+    ] = None,
+    seed: SeedOption = 0,
+    quick: QuickOption = False,
+    json_file: JsonFileOption = None,
+) -> None:
+    """What ROS 2 adds to the latency; a listener that is killed and started again."""
+    from planegrasp.bench import ros2 as bench
+
+    settings = bench.Ros2Settings.quick() if quick else bench.Ros2Settings()
+    settings = replace(
+        settings,
+        frames=settings.frames if frames is None else frames,
+        kills=settings.kills if kills is None else kills,
+        program=peer,
+    )
+    _measure(lambda advance: bench.run(seed, settings, advance), settings.steps, json_file)
+
+
+@app.command()
 def estimators(
     *,
     frames: FramesOption = None,

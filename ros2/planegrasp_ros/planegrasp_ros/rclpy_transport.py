@@ -47,6 +47,8 @@ def _fitting(value: Any, kind: str) -> Any:
         whole = array.array(_CODES[kind])
         whole.frombytes(np.ascontiguousarray(value, dtype=_CODES[kind]).tobytes())
         return whole
+    if kind == "octet":
+        return bytes([value])
     return value
 
 

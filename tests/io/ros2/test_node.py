@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import signal
+import subprocess
+import sys
 import time
 
 import pytest
@@ -94,10 +96,35 @@ def test_domains_do_not_mix(node, domain):
 
 
 def test_network_interface_that_is_not_there(domain):
-    with pytest.raises(NetworkError, match=r"'eth77' in domain .*there is none; name one.*\blo\b"):
+    with pytest.raises(
+        NetworkError, match=r"'eth77' in domain \d+: name one that is up \(.*\blo\b"
+    ):
         DdsNode(DdsConfig(domain, "eth77"))
     with pytest.raises(InvalidInputError, match="no network interface is named"):
         DdsConfig(0, 'lo"/>')
+
+
+def test_no_network_interface_at_all():
+    """As in a container without network: even the loopback interface is down."""
+    alone = ["unshare", "--map-root-user", "--net"]
+    try:
+        subprocess.run([*alone, "true"], check=True, capture_output=True)
+    except (OSError, subprocess.CalledProcessError):
+        pytest.skip("this system has no network namespaces")
+    code = (
+        "from planegrasp.io.ros2.dds import DdsConfig, DdsNode\n"
+        "from planegrasp.errors import NetworkError\n"
+        "for network in ('', 'auto', 'lo'):\n"
+        "    try:\n"
+        "        DdsNode(DdsConfig(1, network))\n"
+        "    except NetworkError as error:\n"
+        "        print(error)\n"
+    )
+    run = [*alone, sys.executable, "-c", code]
+    lines = subprocess.run(run, check=True, capture_output=True, text=True).stdout.splitlines()
+    ending = " in domain 1: none is up, not even lo (ip link set lo up)"
+    wanted = ("the loopback interface", "any network interface", "the network interface 'lo'")
+    assert lines == [f"DDS cannot use {one}{ending}" for one in wanted]
 
 
 def test_interface_by_name(domain):

@@ -108,7 +108,7 @@ def object_entity(
         ],
         cubes=[
             CubePrimitive(
-                pose=pose_message(Pose.of(box_pose(placed.pose, seen))),
+                pose=pose_message(box_pose(placed.pose, seen)),
                 size=vector(seen.box.size),
                 color=color_message(color, 0.5),
             )

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from planegrasp.io.messages.objects import DetectionsMessage, TracksMessage
     from planegrasp.live import LiveFrame
 
-__all__ = ["live_messages"]
+__all__ = ["live_detections", "live_messages", "live_tracks"]
 
 
 def live_messages(
@@ -29,11 +29,26 @@ def live_messages(
     Returns:
         Detections in the camera's frame, and tracks in the fixed one, both with the image's stamp.
     """
-    ids = ids or FrameIds()
-    if header is None:
-        header = Header(Stamp.from_seconds(seen.frame.timestamp), ids.camera)
-    fixed = Header(header.stamp, ids.fixed or header.frame_id)
-    return (
-        detections_message(seen.detections, header, seen.tracks),
-        tracks_message(seen.tracks, fixed, seen.lost),
-    )
+    return live_detections(seen, ids, header), live_tracks(seen, ids, header)
+
+
+def live_detections(
+    seen: LiveFrame, ids: FrameIds | None = None, header: Header | None = None
+) -> DetectionsMessage:
+    """The first of `live_messages`."""
+    return detections_message(seen.detections, _header(seen, ids, header), seen.tracks)
+
+
+def live_tracks(
+    seen: LiveFrame, ids: FrameIds | None = None, header: Header | None = None
+) -> TracksMessage:
+    """The second of `live_messages`."""
+    header = _header(seen, ids, header)
+    fixed = Header(header.stamp, (ids and ids.fixed) or header.frame_id)
+    return tracks_message(seen.tracks, fixed, seen.lost)
+
+
+def _header(seen: LiveFrame, ids: FrameIds | None, header: Header | None) -> Header:
+    if header is not None:
+        return header
+    return Header(Stamp.from_seconds(seen.frame.timestamp), (ids or FrameIds()).camera)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planegrasp.geometry import RigidTransform
+from planegrasp.io.messages.pose import Pose, PoseWithCovariance, triple
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from planegrasp.geometry import PinholeCamera
     from planegrasp.io.messages.header import Header
     from planegrasp.io.messages.objects import DetectedObject, DetectionsMessage, TrackedObject
-    from planegrasp.io.messages.pose import Pose, PoseWithCovariance
     from planegrasp.io.ros2.transport import MessageTypes
 
 __all__ = [
@@ -148,21 +147,19 @@ def camera_info_message(types: MessageTypes, header: Header, camera: PinholeCame
     )
 
 
-def box_pose(pose: Pose, detected: DetectedObject | TrackedObject) -> RigidTransform:
+def box_pose(pose: Pose, detected: DetectedObject | TrackedObject) -> Pose:
     """Pose of the centre of an object's box, given the object's."""
-    return pose.T * RigidTransform.from_translation(detected.box.centre)
+    return Pose(triple(pose.T.apply(detected.box.centre)), pose.orientation)
 
 
 def _detection(types: MessageTypes, header: Any, detected: DetectedObject) -> Any:
-    from planegrasp.io.messages.pose import Pose, PoseWithCovariance
-
     assert detected.pose is not None
     poses = [detected.pose]
     if detected.alternative is not None:
         poses.append(PoseWithCovariance(detected.alternative, None))
     hypothesis = types("vision_msgs/msg/ObjectHypothesis")
     box = types("vision_msgs/msg/BoundingBox3D")(
-        center=pose_message(types, Pose.of(box_pose(detected.pose.pose, detected))),
+        center=pose_message(types, box_pose(detected.pose.pose, detected)),
         size=xyz(types, "Vector3", detected.box.size),
     )
     return types("vision_msgs/msg/Detection3D")(

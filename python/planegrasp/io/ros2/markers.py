@@ -110,7 +110,7 @@ def _shown(maker: _Maker, tracked: TrackedObject, colors: Mapping[str, RGB] | No
     box = maker.marker(
         _BOXES,
         _CUBE,
-        pose=pose_message(types, Pose.of(box_pose(pose, tracked))),
+        pose=pose_message(types, box_pose(pose, tracked)),
         scale=xyz(types, "Vector3", tracked.box.size),
         color=maker.color(rgb, 0.5),
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["DEFAULT", "KEPT", "OVERLAY", "SENSOR", "TF", "TF_STATIC", "Profile"]
+__all__ = ["DEFAULT", "KEPT", "LATEST", "OVERLAY", "SENSOR", "TF", "TF_STATIC", "Profile"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,5 +29,7 @@ TF = Profile(depth=100)
 TF_STATIC = Profile(depth=1, keeps=True)
 KEPT = Profile(depth=10, keeps=True)
 """For what late comers need: events."""
+LATEST = Profile(depth=1, keeps=True)
+"""For what holds until the next one: plans."""
 OVERLAY = Profile(depth=2)
 """For large images of which only the newest matters."""

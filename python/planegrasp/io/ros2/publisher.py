@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from planegrasp.closing import ClosesAtEnd
 from planegrasp.io.messages.frames import OPTICAL_IN_BODY, FrameIds
 from planegrasp.io.messages.header import Header, Stamp
-from planegrasp.io.messages.live_messages import live_messages
+from planegrasp.io.messages.live_messages import live_detections, live_tracks
 from planegrasp.io.messages.pose import Pose
 from planegrasp.io.ros2.conversions import (
     detection3d_array,
@@ -98,10 +98,12 @@ class LivePublisher(ClosesAtEnd):
             seen: of `Live.process`.
             header: of the frame's image as its source gave it, see `live_messages`.
         """
-        detections, tracks = live_messages(seen, self._ids, header)
-        self._publish_poses(tracks)
+        # Whoever waits for this frame waits for its detections: first them, then all else.
+        detections = live_detections(seen, self._ids, header)
         if self._detections.is_wanted:
             self._detections.write(detection3d_array(self._node.types, detections))
+        tracks = live_tracks(seen, self._ids, header)
+        self._publish_poses(tracks)
         if self._markers.is_wanted and (tracks.objects or tracks.lost):
             self._markers.write(marker_array(self._node.types, tracks, self._colors))
         if self._overlay.is_wanted:

@@ -11,6 +11,7 @@ from planegrasp.errors import CameraError, SourceError
 from planegrasp.geometry import PinholeCamera
 from planegrasp.io.images import MILLIMETRES
 from planegrasp.io.lens import brown_conrady
+from planegrasp.rgbd import measured
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -152,7 +153,7 @@ def _single_channel(message: Any, data: bytes) -> NDArray[Any]:
 def _metres(values: NDArray[Any], depth_scale: float) -> NDArray[np.float32]:
     if values.dtype == np.uint16:
         return np.asarray(values * np.float32(depth_scale), dtype=np.float32)
-    return np.where(np.isfinite(values), values, 0).astype(np.float32)
+    return np.asarray(measured(values), dtype=np.float32)
 
 
 def _decoded(data: Any, flags: int, described: str) -> NDArray[Any]:

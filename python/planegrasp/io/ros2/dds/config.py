@@ -17,6 +17,9 @@ _LARGEST_DOMAIN = 232
 # A reader that does not keep up or was killed must not hold a writer up: there is room for what it
 # has not got. What is older than the depth of a topic's history goes anyway.
 _ROOM = "64 MB"
+# Images come in bursts, and the thread that takes them may be late. The system gives at most its
+# net.core.rmem_max.
+_BUFFER = "8 MB"
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +87,7 @@ class DdsConfig:
         return (
             "<CycloneDDS><Domain><General><Interfaces>"
             f"<NetworkInterface {interface}/></Interfaces>{sizes}</General>{discovery}"
-            f"<Internal><Watermarks><WhcHigh>{_ROOM}</WhcHigh></Watermarks></Internal>"
+            f"<Internal><Watermarks><WhcHigh>{_ROOM}</WhcHigh></Watermarks>"
+            f'<SocketReceiveBufferSize max="{_BUFFER}"/></Internal>'
             "<Tracing><Verbosity>none</Verbosity></Tracing></Domain></CycloneDDS>"
         )

@@ -8,6 +8,7 @@ from planegrasp.closing import ClosesAtEnd
 from planegrasp.errors import NetworkError
 from planegrasp.io.ros2.dds import _dependencies  # noqa: F401
 from planegrasp.io.ros2.dds.config import DdsConfig
+from planegrasp.io.ros2.dds.interfaces import interfaces
 from planegrasp.io.ros2.dds.qos import reader_qos, writer_qos
 from planegrasp.io.ros2.dds.types import dds_type, ros_name
 from planegrasp.io.ros2.names import dds_topic, ros_topic
@@ -63,18 +64,14 @@ class DdsNode(ClosesAtEnd):
         self._children: list[DdsReader | DdsWriter] = []
         xml, network = self.config.xml, self.config.network
         try:
-            if network not in ("", "auto", *_interfaces()):
-                raise DDSException(DDSException.DDS_RETCODE_BAD_PARAMETER, "there is none")
+            if network not in ("", "auto", *interfaces()):
+                raise DDSException(DDSException.DDS_RETCODE_BAD_PARAMETER)
             if xml is not None:
                 self._domain = _domain(self.config.domain, xml)
             self._participant: Any = DomainParticipant(self.config.domain)
         except DDSException as error:
             self._domain = None
-            wanted = f"the network interface {network!r}" if network else "the loopback interface"
-            raise NetworkError(
-                f"DDS cannot use {wanted} in domain {self.config.domain}: {error.msg}; name one "
-                f"that is up ({', '.join(_interfaces())}), or none to stay on this computer"
-            ) from error
+            raise NetworkError(_no_network(self.config)) from error
         self._endpoints: Any = BuiltinDataReader(self._participant, BuiltinTopicDcpsPublication)
 
     @property
@@ -233,7 +230,11 @@ def _unsigned(handle: int) -> int:
     return handle % 2**64
 
 
-def _interfaces() -> list[str]:
-    import socket
-
-    return [name for _, name in socket.if_nameindex()]
+def _no_network(config: DdsConfig) -> str:
+    """Why a domain cannot be entered, and what would help."""
+    names = {"": "the loopback interface", "auto": "any network interface"}
+    wanted = names.get(config.network, f"the network interface {config.network!r}")
+    up = ", ".join(interfaces())
+    help_ = f"name one that is up ({up})" if up else "none is up, not even lo (ip link set lo up)"
+    here = ", or none to stay on this computer" if up and config.network else ""
+    return f"DDS cannot use {wanted} in domain {config.domain}: {help_}{here}"

@@ -8,6 +8,7 @@ from planegrasp.errors import InvalidInputError
 from planegrasp.io.ros2.dds import (
     _dependencies,  # noqa: F401
     idl_common,
+    idl_grasps,
     idl_images,
     idl_results,
 )
@@ -29,7 +30,7 @@ def _is_message(name: str, kind: object) -> bool:
 
 _TYPES: dict[str, Any] = {
     ros_name(kind.__idl_typename__): kind
-    for module in (idl_common, idl_images, idl_results)
+    for module in (idl_common, idl_images, idl_results, idl_grasps)
     for name, kind in vars(module).items()
     if getattr(kind, "__module__", "") == module.__name__ and _is_message(name, kind)
 }
