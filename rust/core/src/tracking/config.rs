@@ -34,10 +34,8 @@ impl Default for TrackingConfig {
             max_stretch: 1.2,
             min_side: 12.0,
             max_view_angle: 82f64.to_radians(),
-            // A prediction is farther off than matches are, and what an object does between frames is
-            // told by hundredths of a pixel.
+            // A prediction is farther off than matches are.
             alignment: AlignmentConfig {
-                max_tiles: 192,
                 renderings: 3,
                 ..AlignmentConfig::default()
             },
