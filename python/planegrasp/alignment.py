@@ -29,7 +29,9 @@ class AlignmentConfig:
         start_sigma: standard deviation of the start's corners [px], the prior.
         displacement_floor: errors of a tile's displacement that its grey values do not show [px],
             for example because the face is not quite flat.
-        max_iterations: at most so many on one rendering of the reference; there are two.
+        max_iterations: at most so many on one rendering of the reference.
+        renderings: at most so many times the reference is rendered, each by the homography found
+            on the one before.
     """
 
     max_tiles: int = 128
@@ -39,6 +41,7 @@ class AlignmentConfig:
     start_sigma: float = 2.0
     displacement_floor: float = 0.03
     max_iterations: int = 10
+    renderings: int = 2
 
     def __post_init__(self) -> None:
         try:

@@ -118,6 +118,23 @@ def test_a_task_for_something_unknown_is_refused_and_the_old_one_stays(three):
         assert live.task is task
 
 
+def test_what_has_not_been_there_for_long_is_looked_for_now_and_then(three):
+    _, detector, frames = three
+
+    class Blind:
+        references = detector.references
+
+        def detect(self, frame, among=None):
+            return []
+
+    config = LiveConfig(background=False, urgent_for=0.19, rest=0.5)
+    with Live(Blind(), config=config) as live:
+        for number in range(60):
+            live.process(replace(frames[0].frame, timestamp=number / 30))
+    # In six frames of the first 0.19 s, and then twice a second: at 0.67, 1.17 and 1.67 s.
+    assert live.passes == 6 + 3
+
+
 def test_an_error_of_the_search_is_raised_where_its_result_is_taken(three):
     _, detector, frames = three
 

@@ -54,12 +54,33 @@ def test_cost_is_learnt_and_the_budget_kept():
 def test_what_is_missing_is_looked_for_first_and_the_rest_in_turn():
     scheduler = Scheduler(LIBRARY, at_once=1)
     task = Task({"panel": 1.0})
-    looked = [scheduler.to_find(followed("box"), task)[0] for _ in range(3)]
+    looked = []
+    for _ in range(3):
+        looked.append(scheduler.to_find(followed("box"), task)[0])
+        scheduler.sought(looked[-1])
     assert [names[0] for names in looked] == ["panel"] * 3
     assert {names[1] for names in looked} == {"book", "box", "label"}
     now, skipped = scheduler.to_find(followed("box"), task)
     assert {s.name for s in skipped} == {"book", "label"} - set(now)
     assert all(s.reason == "not its turn to be looked for" for s in skipped)
+
+
+def test_the_same_until_it_was_looked_for():
+    scheduler = Scheduler(LIBRARY, at_once=1)
+    first, *others = (scheduler.to_find([], Task({"panel": 1.0}))[0] for _ in range(3))
+    assert others == [first, first]
+
+
+def test_what_is_tracked_waits_while_something_wanted_is_missing():
+    scheduler, tracks = Scheduler(LIBRARY), followed("box", "book", "label")
+    names, skipped = scheduler.to_find(tracks, Task())
+    assert names[0] == "panel"
+    assert len(names) == 3, "two others, which are known"
+    assert skipped == []
+    scheduler.sought(names)
+    assert {*names, *scheduler.to_find(tracks, Task())[0]} == {model.name for model in LIBRARY}
+    all_seen = followed("box", "book", "label", "panel")
+    assert len(scheduler.to_find(all_seen, Task())[0]) == 4
 
 
 def test_only_what_is_wanted_where_others_do_not_matter():
@@ -73,14 +94,30 @@ def test_only_what_is_wanted_where_others_do_not_matter():
 def test_what_is_not_seen_where_it_should_be_is_looked_for():
     scheduler, task = Scheduler(LIBRARY, at_once=1), Task({"box": 1.0})
     hidden = [Followed(0, "box", missing_since=1.0)]
-    assert scheduler.is_missing_something(hidden, task)
+    assert scheduler.is_urgent(hidden, task, 1.0)
     assert scheduler.to_find(hidden, task)[0][0] == "box"
 
 
 def test_whether_something_wanted_is_missing():
     scheduler = Scheduler(LIBRARY)
-    assert scheduler.is_missing_something(followed("box"), Task())
-    assert not scheduler.is_missing_something(followed("box"), Task({"box": 1}))
+    assert scheduler.is_urgent(followed("box"), Task(), 0.0)
+    assert not scheduler.is_urgent(followed("box"), Task({"box": 1}), 0.0)
+
+
+def test_what_is_not_there_for_long_is_urgent_no_more():
+    scheduler, task = Scheduler(LIBRARY, urgent_for=10.0), Task({"box": 1})
+
+    def is_urgent(time, *seen):
+        return scheduler.is_urgent(followed(*seen), task, time)
+
+    assert [is_urgent(time) for time in (5.0, 14.9, 15.1)] == [True, True, False]
+    assert not is_urgent(20.0, "box")
+    assert [is_urgent(time) for time in (20.1, 29.9, 30.1)] == [True, True, False]
+    # A clock that went back, and another task, begin anew.
+    assert is_urgent(3.0)
+    assert not is_urgent(14.0)
+    task = Task({"box": 2, "book": 1})
+    assert [is_urgent(time) for time in (14.1, 24.0, 24.2)] == [True, True, False]
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 from collections import deque
 from dataclasses import dataclass, field
-from itertools import islice
 from typing import TYPE_CHECKING
 
 from planegrasp.closing import ClosesAtEnd
@@ -21,6 +20,7 @@ if TYPE_CHECKING:
 
     from planegrasp.detection import Detection
     from planegrasp.detector import Detector
+    from planegrasp.live.search_thread import Found
     from planegrasp.live.task import Skipped
     from planegrasp.rgbd import RGBDFrame
     from planegrasp.tracking import Track
@@ -41,13 +41,16 @@ class LiveConfig:
         tracker: of the tracking.
         background: whether detection runs in a thread of its own while frames go by. Without it
             every frame waits for its detection: slower, and the same in every run.
-        rest: while nothing wanted is missing, a detector looks for the rest so often [s].
+        rest: while nothing wanted is missed, a detector looks for everything so often [s].
+        urgent_for: something wanted that is not there is looked for without rest for so long after
+            it was seen last, or after the task began [s].
         at_once: so many objects beside those wanted and missing in one pass of the detector.
     """
 
     tracker: TrackerConfig = field(default_factory=TrackerConfig)
     background: bool = True
     rest: float = 0.5
+    urgent_for: float = 60.0
     at_once: int = 8
 
 
@@ -97,12 +100,15 @@ class Live(ClosesAtEnd):
         self.passes = 0
         self._detector = detector
         self._models = {r.object.name: r.object for r in detector.references}
-        self._scheduler = Scheduler(list(self._models.values()), self.config.at_once)
+        self._scheduler = Scheduler(
+            list(self._models.values()), self.config.at_once, self.config.urgent_for
+        )
         self._tracker = Tracker(self.config.tracker)
         self._search = SearchThread(detector) if self.config.background else None
         self._searched: float | None = None
-        # Frames since the one that a search is at.
+        # Frames since the oldest one of which a search is to say something.
         self._since: deque[tuple[RGBDFrame, float, RigidTransform]] = deque(maxlen=_REMEMBERED)
+        self._offered: list[str] = []
         self._unsought: list[Skipped] = []
         self._lock = threading.Lock()
         self._task = Task()
@@ -143,19 +149,13 @@ class Live(ClosesAtEnd):
         T_fixed_camera = RigidTransform.identity() if T_fixed_camera is None else T_fixed_camera
         task, watch = self.task, StopWatch()
         before = self._tracker.tracks
-        found = None if self._search is None else self._search.take()
-        if found is not None:
-            self.passes += 1
-            new = self._tracker.take(found.detections, found.time, found.T_fixed_camera)
-            step = 1 + len(self._since) // _CAUGHT_UP
-            self._tracker.catch_up(new, islice(self._since, 0, None, step))
+        while self._search is not None and (found := self._search.take()) is not None:
+            self._take(found)
         numbers, skipped = self._scheduler.to_follow(self._tracker.tracks, task)
         watch.lap("take")
         detections = self._tracker.update(frame, T_fixed_camera, only=numbers)
         watch.lap("track")
         self._scheduler.followed(len(numbers), watch.seconds["track"])
-        if self._search is not None and self._tracker.time is not None:
-            self._since.append((frame, self._tracker.time, T_fixed_camera))
         detections += self._look_for_more(frame, T_fixed_camera, task)
         watch.lap("detect")
         after = self._tracker.tracks
@@ -174,31 +174,48 @@ class Live(ClosesAtEnd):
         if self._search is not None:
             self._search.close()
 
+    def _take(self, found: Found) -> None:
+        """Begin tracks with what a search found, and follow them into the frames since."""
+        self.passes += 1
+        new = self._tracker.take(found.detections, found.time, found.T_fixed_camera)
+        since = [one for one in self._since if one[1] > found.time]
+        # Where these are too many, the newest is one of those that are taken.
+        self._tracker.catch_up(new, since[:: -1 - len(since) // _CAUGHT_UP][::-1])
+
     def _look_for_more(
         self, frame: RGBDFrame, T_fixed_camera: RigidTransform, task: Task
     ) -> list[Detection]:
         """Start a search, or do it: then what it found first is returned."""
         time = self._tracker.time
-        if time is None or not self._is_due(time, task):
+        if time is None:
             return []
-        if self._search is not None and not self._search.is_idle:
-            return []
-        names, self._unsought = self._scheduler.to_find(self._tracker.tracks, task)
-        self._searched = time
-        if not names:
-            return []
+        names = self._names_to_find(time, task)
         if self._search is not None:
-            self._since.clear()
-            self._search.start(frame, time, T_fixed_camera, names)
+            if names:
+                self._search.offer(frame, time, T_fixed_camera, names)
+            oldest = self._search.oldest
+            self._since.append((frame, time, T_fixed_camera))
+            while self._since and (oldest is None or self._since[0][1] <= oldest):
+                self._since.popleft()
+            return []
+        if not names:
             return []
         new = self._tracker.take(self._detector.detect(frame, among=names), time, T_fixed_camera)
         self.passes += 1
         return [track.detection for track in new if track.detection is not None]
 
-    def _is_due(self, time: float, task: Task) -> bool:
-        if self._searched is None or not 0.0 <= time - self._searched < self.config.rest:
-            return True
-        return self._scheduler.is_missing_something(self._tracker.tracks, task)
+    def _names_to_find(self, time: float, task: Task) -> list[str]:
+        """What to look for in the newest frame; nothing where no search is due."""
+        is_urgent = self._scheduler.is_urgent(self._tracker.tracks, task, time)
+        rests = self._searched is not None and 0.0 <= time - self._searched < self.config.rest
+        if rests and not is_urgent:
+            return []
+        if self._search is None or not self._search.is_waiting:
+            # The frame before was begun.
+            self._scheduler.sought(self._offered)
+        names, self._unsought = self._scheduler.to_find(self._tracker.tracks, task)
+        self._searched, self._offered = time, names
+        return names
 
 
 def _without(tracks: tuple[Track, ...], others: tuple[Track, ...]) -> tuple[Track, ...]:

@@ -18,6 +18,8 @@ __all__ = ["Scheduler"]
 _FIRST_GUESS = 0.002
 # Weight of the newest measurement in the running mean.
 _NEWEST = 0.1
+# While something wanted is missing, so many objects that are tracked are looked for in one pass.
+_TRACKED_TOO = 2
 
 
 class Scheduler:
@@ -27,11 +29,20 @@ class Scheduler:
         models: all objects that there are.
         at_once: so many objects that are not wanted, or are tracked already, a detector looks for
             in one pass, beside those that are wanted and missing.
+        urgent_for: how long something wanted is missed after it was seen last, or after the task
+            began [s].
     """
 
-    def __init__(self, models: Sequence[ObjectModel], at_once: int = 8) -> None:
+    def __init__(
+        self, models: Sequence[ObjectModel], at_once: int = 8, urgent_for: float = 60.0
+    ) -> None:
         self._library = {model.name: float(model.priority) for model in models}
         self._at_once = at_once
+        self._urgent_for = urgent_for
+        self._task: Task | None = None
+        self._time = 0.0
+        # When each object was seen last, or was first wanted [s].
+        self._last: dict[str, float] = {}
         self._seconds = _FIRST_GUESS
         self._next_track = 0
         self._turn: list[str] = list(self._library)
@@ -65,22 +76,47 @@ class Scheduler:
         """What a detector looks for next: what is wanted and missing, and some of the rest in turn.
 
         The rest has its turn so that further instances are found, and what was not wanted before.
+        It goes on with `sought`.
         """
         tracked = _seen(tracks)
         wanted = self.wanted(task)
         missing = [name for name in wanted if name not in tracked]
         allowed = self._library if task.others else dict.fromkeys(wanted)
-        rest = [name for name in self._turn if name in allowed and name not in missing]
-        now, later = rest[: self._at_once], rest[self._at_once :]
-        self._turn = [name for name in self._turn if name not in now] + now
+        known = set(missing)
+        rest = [name for name in self._turn if name in allowed and name not in known]
+        spare = _TRACKED_TOO if missing else len(rest)
+        of_tracked = set([name for name in rest if name in tracked][:spare])
+        turn = [name for name in rest if name not in tracked or name in of_tracked]
+        now = turn[: self._at_once]
         reason = "not its turn to be looked for"
-        skipped = [Skipped(name, None, reason) for name in later if name not in tracked]
-        return [*missing, *now], skipped
+        later = (name for name in rest if name not in now and name not in tracked)
+        return [*missing, *now], [Skipped(name, None, reason) for name in later]
 
-    def is_missing_something(self, tracks: Sequence[Track], task: Task) -> bool:
-        """Whether something wanted is not tracked, or not seen where its track should be."""
+    def sought(self, names: Sequence[str]) -> None:
+        """These were looked for: now it is the turn of others."""
+        now = set(names)
+        self._turn.sort(key=lambda name: name in now)
+
+    def is_urgent(self, tracks: Sequence[Track], task: Task, time: float) -> bool:
+        """Whether something wanted is not seen, but was not long ago.
+
+        That is: not tracked, or not where its track should be. What has not been there for long
+        would keep a detector busy forever, above all where the whole library is wanted.
+
+        Args:
+            tracks: what is followed.
+            task: what is wanted.
+            time: of the newest frame [s].
+        """
+        if task is not self._task or time < self._time:
+            self._last.clear()
+        self._task, self._time = task, time
         seen = _seen(tracks)
-        return any(name not in seen for name in self.wanted(task))
+        self._last.update(dict.fromkeys(seen, time))
+        missing = [name for name in self.wanted(task) if name not in seen]
+        # All of them: each is missed from now on.
+        since = [self._last.setdefault(name, time) for name in missing]
+        return any(time - last < self._urgent_for for last in since)
 
     def _urgency(self, track: Track, task: Task, rank: dict[str, int]) -> tuple[bool, float]:
         priorities = task.priorities or self._library

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -43,41 +44,55 @@ class _Request:
 class SearchThread:
     """Runs a detector in a thread of its own, one frame at a time.
 
-    An error of the detector is raised where its result is taken.
+    It begins with the frame that waits as soon as it is done with the one before, whether or not
+    the result of that was taken: what it looks for is gone again in some frames. An error of the
+    detector is raised where its result is taken.
     """
 
     def __init__(self, detector: Detector) -> None:
         self._detector = detector
         self._changed = threading.Condition()
-        self._request: _Request | None = None
-        self._result: Found | BaseException | None = None
-        self._is_busy = False
+        self._waiting: _Request | None = None
+        # Begun and not taken, the oldest first.
+        self._times: deque[float] = deque()
+        self._results: deque[Found | BaseException] = deque()
         self._is_closed = False
         self._thread = threading.Thread(target=self._run, name="planegrasp-search", daemon=True)
         self._thread.start()
 
     @property
-    def is_idle(self) -> bool:
-        """Whether it can be given a frame; results must have been taken."""
+    def is_waiting(self) -> bool:
+        """Whether the frame that was offered last was not begun yet."""
         with self._changed:
-            return not self._is_busy and self._request is None and self._result is None
+            return self._waiting is not None
 
-    def start(
+    @property
+    def oldest(self) -> float | None:
+        """Time of the oldest frame of which a result is to come [s], None where there is none."""
+        with self._changed:
+            if self._times:
+                return self._times[0]
+            return None if self._waiting is None else self._waiting.time
+
+    def offer(
         self,
         frame: RGBDFrame,
         time: float,
         T_fixed_camera: RigidTransform,
         names: Sequence[str],
     ) -> None:
-        """Look for some objects in a frame; it must be idle."""
+        """Look for some objects in a frame, instead of in one that waits still."""
         with self._changed:
-            self._request = _Request(frame, time, T_fixed_camera, names)
+            self._waiting = _Request(frame, time, T_fixed_camera, names)
             self._changed.notify_all()
 
     def take(self) -> Found | None:
-        """The result of the last frame, once; None while there is none. Never waits."""
+        """The oldest result, once; None while there is none. Never waits."""
         with self._changed:
-            result, self._result = self._result, None
+            if not self._results:
+                return None
+            result = self._results.popleft()
+            self._times.popleft()
         if isinstance(result, BaseException):
             raise result
         return result
@@ -90,13 +105,7 @@ class SearchThread:
         self._thread.join()
 
     def _run(self) -> None:
-        while True:
-            with self._changed:
-                while self._request is None and not self._is_closed:
-                    self._changed.wait()
-                if self._is_closed or self._request is None:
-                    return
-                request, self._request, self._is_busy = self._request, None, True
+        while (request := self._next()) is not None:
             result: Found | BaseException
             try:
                 detections = self._detector.detect(request.frame, among=request.names)
@@ -104,4 +113,14 @@ class SearchThread:
             except Exception as error:
                 result = error
             with self._changed:
-                self._result, self._is_busy = result, False
+                self._results.append(result)
+
+    def _next(self) -> _Request | None:
+        with self._changed:
+            while self._waiting is None and not self._is_closed:
+                self._changed.wait()
+            if self._is_closed or self._waiting is None:
+                return None
+            request, self._waiting = self._waiting, None
+            self._times.append(request.time)
+            return request

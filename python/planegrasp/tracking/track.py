@@ -6,17 +6,18 @@ from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from planegrasp.pose_filter import FilteredPose
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from planegrasp import _core
     from planegrasp.detection import Detection
     from planegrasp.objects import ObjectModel
 
-__all__ = ["Past", "Track"]
+__all__ = ["Past", "Track", "distance", "noise", "size"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,3 +83,22 @@ class Past:
     def at(self, time: float) -> NDArray[np.float64]:
         """The pose (4×4) of the time nearest to this one [s]."""
         return min(self._poses, key=lambda entry: abs(entry[0] - time))[1]
+
+
+def noise(detection: Detection) -> NDArray[np.float64]:
+    """6×6 covariance of what differs from frame to frame."""
+    pose = detection.pose
+    if pose is not None and pose.noise_covariance is not None:
+        return pose.noise_covariance
+    # A method that says nothing of its noise: that of three depth look-ups.
+    return np.diag([0.005**2] * 3 + [0.05**2] * 3)
+
+
+def distance(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
+    """Between the origins of two poses (4×4) [m]."""
+    return float(np.linalg.norm(a[:3, 3] - b[:3, 3]))
+
+
+def size(model: ObjectModel) -> float:
+    """Longest side of the object's largest face [m]."""
+    return max(max(face.width, face.height) for face in model.faces)

@@ -12,7 +12,7 @@ from planegrasp import _core
 from planegrasp.errors import InvalidInputError
 from planegrasp.tracking.following import FollowConfig, Follower
 from planegrasp.tracking.motion import MotionFilterConfig
-from planegrasp.tracking.track import Past, Track
+from planegrasp.tracking.track import Past, Track, distance, noise, size
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Sequence
@@ -220,7 +220,7 @@ class Tracker:
         self._pasts[track.number].add(time, T)
         state = None
         if time >= track.state.time:
-            state = track.state.measured(time, T, _noise(found), self._motion)
+            state = track.state.measured(time, T, noise(found), self._motion)
         if state is None:
             # Seen, but not where any motion would have led it: its velocity is unknown again.
             state = self._first(found, T, time)
@@ -242,7 +242,7 @@ class Tracker:
         return in_vain or time - track.seen > self.config.memory
 
     def _first(self, detection: Detection, T: Matrix, time: float) -> _core.MotionState:
-        return _core.MotionState.first(time, T, _noise(detection), self._motion)
+        return _core.MotionState.first(time, T, noise(detection), self._motion)
 
     def _begin(self, detection: Detection, T: Matrix, time: float) -> Track:
         taken = {t.instance for t in self.tracks if t.model is detection.model}
@@ -259,19 +259,16 @@ class Tracker:
 
     def _nearest(self, model: ObjectModel, T: Matrix, time: float) -> Track | None:
         """The track of this object that was where a detection saw it."""
-        near = [
-            (_distance(self._pasts[t.number].at(time), T), t)
-            for t in self.tracks
-            if t.model is model
-        ]
-        distance, track = min(near, key=lambda pair: pair[0], default=(math.inf, None))
-        return track if distance <= _SAME_PLACE * _size(model) else None
+        same = (t for t in self.tracks if t.model is model)
+        near = [(distance(self._pasts[t.number].at(time), T), t) for t in same]
+        least, track = min(near, key=lambda pair: pair[0], default=(math.inf, None))
+        return track if least <= _SAME_PLACE * size(model) else None
 
     def _has_slid_off(self, track: Track, T: Matrix, time: float) -> bool:
         was = self._pasts[track.number].at(time)
         cosine = 0.5 * (float(np.trace(was[:3, :3].T @ T[:3, :3])) - 1.0)
         turned = cosine < math.cos(_TURNED_OFF)
-        return turned or _distance(was, T) > _SLID_OFF * _size(track.model)
+        return turned or distance(was, T) > _SLID_OFF * size(track.model)
 
     def _replace(self, track: Track) -> None:
         self.tracks = tuple(track if t.number == track.number else t for t in self.tracks)
@@ -293,27 +290,9 @@ class Tracker:
         if a.model is not b.model or a.detection is None or b.detection is None:
             return False
         here, there = (self._pasts[t.number].at(max(a.seen, b.seen)) for t in (a, b))
-        return _distance(here, there) < _SAME_TRACK * _size(a.model)
-
-
-def _noise(detection: Detection) -> NDArray[np.float64]:
-    """6×6 covariance of what differs from frame to frame."""
-    pose = detection.pose
-    if pose is not None and pose.noise_covariance is not None:
-        return pose.noise_covariance
-    # A method that says nothing of its noise: that of three depth look-ups.
-    return np.diag([0.005**2] * 3 + [0.05**2] * 3)
+        return distance(here, there) < _SAME_TRACK * size(a.model)
 
 
 def _matrix(T: RigidTransform | None) -> Matrix:
     """4×4; the identity where None."""
     return np.eye(4) if T is None else T.as_matrix()
-
-
-def _distance(a: Matrix, b: Matrix) -> float:
-    return float(np.linalg.norm(a[:3, 3] - b[:3, 3]))
-
-
-def _size(model: ObjectModel) -> float:
-    """Longest side of the object's largest face [m]."""
-    return max(max(face.width, face.height) for face in model.faces)

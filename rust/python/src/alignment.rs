@@ -20,8 +20,9 @@ impl AlignmentSettings {
     #[new]
     #[pyo3(signature = (
         *, max_tiles, min_tiles, min_correlation, max_motion, start_sigma, displacement_floor,
-        max_iterations
+        max_iterations, renderings
     ))]
+    #[allow(clippy::too_many_arguments)] // every one of them is a named setting
     fn new(
         max_tiles: i64,
         min_tiles: i64,
@@ -30,6 +31,7 @@ impl AlignmentSettings {
         start_sigma: f64,
         displacement_floor: f64,
         max_iterations: i64,
+        renderings: i64,
     ) -> PyResult<Self> {
         let core = AlignmentConfig {
             max_tiles: count("max_tiles", max_tiles)?,
@@ -39,6 +41,7 @@ impl AlignmentSettings {
             start_sigma,
             displacement_floor,
             max_iterations: count("max_iterations", max_iterations)?,
+            renderings: count("renderings", renderings)?,
         };
         core.check().map_err(from_input_error)?;
         Ok(Self { core })
@@ -56,6 +59,7 @@ impl AlignmentSettings {
         dict.set_item("start_sigma", core.start_sigma)?;
         dict.set_item("displacement_floor", core.displacement_floor)?;
         dict.set_item("max_iterations", core.max_iterations)?;
+        dict.set_item("renderings", core.renderings)?;
         Ok(dict)
     }
 }

@@ -15,6 +15,7 @@ struct Settings {
     start_sigma: Number,
     displacement_floor: Number,
     max_iterations: u8,
+    renderings: u8,
 }
 
 #[derive(Debug, Arbitrary)]
@@ -37,6 +38,7 @@ fuzz_target!(|input: Input| {
             start_sigma: s.start_sigma.0,
             displacement_floor: s.displacement_floor.0,
             max_iterations: s.max_iterations.into(),
+            renderings: s.renderings.into(),
         });
     let Ok(reference) = AlignmentReference::new(input.reference.gray()) else {
         return;

@@ -3,14 +3,13 @@
 use nalgebra::{Matrix3, SMatrix};
 
 use super::descent::{correlate, descend, farthest, render};
-use super::tiles::choose;
+use super::tiles::{SIDE, choose};
 use super::view::{Centred, PARAMETERS, View};
 use super::{AlignmentConfig, AlignmentReference, AlignmentWorkspace};
 use crate::GrayImage;
 
-/// Times the reference is rendered by a better homography and aligned again: the first alignment
-/// starts at fractions of a pixel, where interpolating the frame blurs and shifts it a little.
-const RENDERINGS: usize = 2;
+/// A rendering from which no corner moves farther than this \[px\] is the last one.
+const SETTLED: f64 = 0.01;
 
 /// Where an alignment ended.
 #[derive(Debug, Clone, PartialEq)]
@@ -105,23 +104,30 @@ fn align_here(
         &first,
         reference,
         frame,
+        SIDE,
         config.max_tiles,
         &mut workspace.tiles,
     );
     let tiles = workspace.tiles.len();
-    workspace.correlations.resize(RENDERINGS * tiles, f64::NAN);
+    // Of the first rendering and of the last.
+    workspace.correlations.resize(2 * tiles, f64::NAN);
     let mut view = first.clone();
     let mut iterations = 0;
     let mut last = None;
-    for rendering in 0..RENDERINGS {
+    for rendering in 0..config.renderings {
         render(&view, reference, workspace);
-        let correlations = &mut workspace.correlations[rendering * tiles..][..tiles];
+        let correlations = &mut workspace.correlations[rendering.min(1) * tiles..][..tiles];
         correlate(frame, &workspace.templates, correlations);
-        let is_last = rendering + 1 == RENDERINGS;
+        let is_last = rendering + 1 == config.renderings;
         let descent = descend(&view, &first.outline, is_last, frame, config, workspace)?;
         iterations += descent.iterations;
-        view = View::new(reference, &(descent.motion * view.homography))?;
+        let next = View::new(reference, &(descent.motion * view.homography))?;
+        let moved = farthest(&next.outline, &view.outline);
+        view = next;
         last = Some(descent);
+        if rendering > 0 && moved < SETTLED {
+            break;
+        }
     }
     let last = last?;
     let (before, after) = workspace.correlations.split_at(tiles);

@@ -20,6 +20,9 @@ pub struct AlignmentConfig {
     pub displacement_floor: f64,
     /// At most so many iterations on one rendering.
     pub max_iterations: usize,
+    /// At most so many times the reference is rendered, each by the homography found on the one
+    /// before: interpolating the frame at fractions of a pixel blurs and shifts it a little.
+    pub renderings: usize,
 }
 
 impl Default for AlignmentConfig {
@@ -32,6 +35,7 @@ impl Default for AlignmentConfig {
             start_sigma: 2.0,
             displacement_floor: 0.03,
             max_iterations: 10,
+            renderings: 2,
         }
     }
 }
@@ -56,10 +60,15 @@ impl AlignmentConfig {
             ("max_tiles", self.max_tiles, 4),
             ("min_tiles", self.min_tiles, 4),
             ("max_iterations", self.max_iterations, 1),
+            ("renderings", self.renderings, 2),
         ];
         for (name, value, least) in counts {
             if value < least {
-                let valid = if least == 1 { "≥ 1" } else { "≥ 4" };
+                let valid = match least {
+                    1 => "≥ 1",
+                    2 => "≥ 2",
+                    _ => "≥ 4",
+                };
                 return Err(out_of_range(name, value as f64, valid));
             }
         }
@@ -76,4 +85,52 @@ impl AlignmentConfig {
 
 fn out_of_range(name: &'static str, value: f64, valid: &'static str) -> InputError {
     InputError::OutOfRange { name, value, valid }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_out_of_range_are_refused() {
+        let good = AlignmentConfig::default();
+        assert!(good.check().is_ok());
+        let bad = [
+            AlignmentConfig {
+                max_tiles: 0,
+                ..good
+            },
+            AlignmentConfig {
+                min_tiles: 3,
+                ..good
+            },
+            AlignmentConfig {
+                max_iterations: 0,
+                ..good
+            },
+            AlignmentConfig {
+                max_motion: 0.0,
+                ..good
+            },
+            AlignmentConfig {
+                start_sigma: f64::NAN,
+                ..good
+            },
+            AlignmentConfig {
+                displacement_floor: f64::INFINITY,
+                ..good
+            },
+            AlignmentConfig {
+                renderings: 1,
+                ..good
+            },
+            AlignmentConfig {
+                min_correlation: 1.0,
+                ..good
+            },
+        ];
+        for config in bad {
+            assert!(config.check().is_err(), "{config:?}");
+        }
+    }
 }

@@ -7,7 +7,7 @@
 //! displacements, weighted by their information, determine the eight parameters of a small homography
 //! of the frame robustly ([`motion`]): a hidden or shining tile is an outlier among the others.
 //!
-//! Tiles need no gradients of the frame and the rendering is made once or twice, so an iteration
+//! Tiles need no gradients of the frame and the rendering is made two or three times, so an iteration
 //! costs little more than reading the frame at the tiles.
 
 mod align;
@@ -24,6 +24,9 @@ mod template;
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests;
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests_afar;
 mod tiles;
 mod view;
 mod workspace;

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector2};
 
 use super::descent::render;
 use super::displacement::measure;
-use super::tiles::choose;
+use super::tiles::{SIDE, choose};
 use super::view::View;
 use super::{AlignmentReference, AlignmentWorkspace};
 use crate::GrayImage;
@@ -13,6 +13,10 @@ use crate::GrayImage;
 const MOST_TILES: usize = 48;
 /// Fewer tiles fit anywhere.
 const FEWEST_TILES: usize = 4;
+/// A face with fewer tiles side by side, as small ones on a coarse frame, has overlapping ones …
+const ENOUGH_TILES: usize = 16;
+/// … at least so far apart \[px\].
+const CLOSEST: usize = 2;
 
 /// The start moved by the whole pixels, at most `radius` each way, with which its tiles correlate
 /// best with the frame; `None` where it shows no front of the reference, or too little of its texture.
@@ -24,8 +28,16 @@ pub fn shifted(
     workspace: &mut AlignmentWorkspace,
 ) -> Option<Matrix3<f64>> {
     let view = View::new(reference, start)?;
-    choose(&view, reference, frame, MOST_TILES, &mut workspace.tiles);
-    render(&view, reference, workspace);
+    let mut step = SIDE;
+    loop {
+        let tiles = &mut workspace.tiles;
+        choose(&view, reference, frame, step, MOST_TILES, tiles);
+        render(&view, reference, workspace);
+        if workspace.templates.len() >= ENOUGH_TILES || step <= CLOSEST {
+            break;
+        }
+        step /= 2;
+    }
     if workspace.templates.len() < FEWEST_TILES {
         return None;
     }

@@ -7,13 +7,16 @@ use super::*;
 use crate::GrayImage;
 use crate::random::SplitMix64;
 
-const WIDTH: usize = 640;
-const HEIGHT: usize = 480;
+pub(super) const WIDTH: usize = 640;
+pub(super) const HEIGHT: usize = 480;
 const SIZE: [usize; 2] = [240, 180];
 
-const FRONTAL: Matrix3<f64> = Matrix3::new(0.93, -0.2, 220.0, 0.21, 0.95, 110.0, 0.0, 0.0, 1.0);
-const SMALL: Matrix3<f64> = Matrix3::new(0.45, 0.1, 250.0, -0.12, 0.43, 200.0, 1e-4, 1e-4, 1.0);
-const OBLIQUE: Matrix3<f64> = Matrix3::new(0.55, 0.05, 230.0, 0.1, 1.1, 120.0, -1.2e-3, 3e-4, 1.0);
+pub(super) const FRONTAL: Matrix3<f64> =
+    Matrix3::new(0.93, -0.2, 220.0, 0.21, 0.95, 110.0, 0.0, 0.0, 1.0);
+pub(super) const SMALL: Matrix3<f64> =
+    Matrix3::new(0.45, 0.1, 250.0, -0.12, 0.43, 200.0, 1e-4, 1e-4, 1.0);
+pub(super) const OBLIQUE: Matrix3<f64> =
+    Matrix3::new(0.55, 0.05, 230.0, 0.1, 1.1, 120.0, -1.2e-3, 3e-4, 1.0);
 const LEAVING: Matrix3<f64> = Matrix3::new(0.9, 0.0, -70.0, 0.0, 0.9, -30.0, 1e-4, 0.0, 1.0);
 
 /// Waves in many directions: wavelengths of 14 to 40 reference pixels.
@@ -32,7 +35,7 @@ fn to_gray(value: f64) -> u8 {
     value.round().clamp(0.0, 255.0) as u8
 }
 
-fn reference() -> AlignmentReference {
+pub(super) fn reference() -> AlignmentReference {
     let [width, height] = SIZE;
     let pixels: Vec<u8> = (0..width * height)
         .map(|i| to_gray(texture((i % width) as f64 + 0.5, (i / width) as f64 + 0.5)))
@@ -41,7 +44,11 @@ fn reference() -> AlignmentReference {
 }
 
 /// A frame with the texture before grey; `light` changes a value by where it lies on the reference.
-fn frame(H: &Matrix3<f64>, sigma: f64, light: impl Fn(f64, Vector2<f64>) -> f64) -> Vec<u8> {
+pub(super) fn frame(
+    H: &Matrix3<f64>,
+    sigma: f64,
+    light: impl Fn(f64, Vector2<f64>) -> f64,
+) -> Vec<u8> {
     let inverse = H.try_inverse().unwrap();
     let mut random = SplitMix64::new(3);
     let [width, height] = SIZE.map(|side| side as f64);
@@ -62,12 +69,12 @@ fn frame(H: &Matrix3<f64>, sigma: f64, light: impl Fn(f64, Vector2<f64>) -> f64)
         .collect()
 }
 
-fn same(value: f64, _: Vector2<f64>) -> f64 {
+pub(super) fn same(value: f64, _: Vector2<f64>) -> f64 {
     value
 }
 
 /// The homography with its outline moved by about this many pixels, each corner differently.
-fn moved(H: &Matrix3<f64>, pixels: f64) -> Matrix3<f64> {
+pub(super) fn moved(H: &Matrix3<f64>, pixels: f64) -> Matrix3<f64> {
     let change = Matrix3::new(
         1.0 + 0.004 * pixels,
         -0.003 * pixels,
@@ -85,12 +92,16 @@ fn moved(H: &Matrix3<f64>, pixels: f64) -> Matrix3<f64> {
 }
 
 /// Largest distance of the corners \[px\].
-fn corner_error(a: &Matrix3<f64>, b: &Matrix3<f64>) -> f64 {
+pub(super) fn corner_error(a: &Matrix3<f64>, b: &Matrix3<f64>) -> f64 {
     let outline = |H| View::new(&reference(), H).unwrap().outline;
     super::descent::farthest(&outline(a), &outline(b))
 }
 
-fn align_in(pixels: &[u8], start: &Matrix3<f64>, config: &AlignmentConfig) -> Option<Alignment> {
+pub(super) fn align_in(
+    pixels: &[u8],
+    start: &Matrix3<f64>,
+    config: &AlignmentConfig,
+) -> Option<Alignment> {
     let image = GrayImage::new(WIDTH, HEIGHT, pixels).unwrap();
     align(
         &reference(),
@@ -272,74 +283,4 @@ fn a_400_px_reference_takes_little_memory() {
     let pixels = vec![0; 400 * 400];
     let reference = AlignmentReference::new(GrayImage::new(400, 400, &pixels).unwrap()).unwrap();
     assert!(reference.bytes() < 150_000, "{}", reference.bytes());
-}
-
-#[test]
-fn settings_out_of_range_are_refused() {
-    let good = AlignmentConfig::default();
-    assert!(good.check().is_ok());
-    let bad = [
-        AlignmentConfig {
-            max_tiles: 0,
-            ..good
-        },
-        AlignmentConfig {
-            min_tiles: 3,
-            ..good
-        },
-        AlignmentConfig {
-            max_iterations: 0,
-            ..good
-        },
-        AlignmentConfig {
-            max_motion: 0.0,
-            ..good
-        },
-        AlignmentConfig {
-            start_sigma: f64::NAN,
-            ..good
-        },
-        AlignmentConfig {
-            displacement_floor: f64::INFINITY,
-            ..good
-        },
-        AlignmentConfig {
-            min_correlation: 1.0,
-            ..good
-        },
-    ];
-    for config in bad {
-        assert!(config.check().is_err(), "{config:?}");
-    }
-}
-
-#[test]
-fn coarse_frames_bring_home_a_start_that_is_too_far_for_the_fine_one() {
-    // Only what the tiles can see decides.
-    let config = AlignmentConfig {
-        max_motion: 60.0,
-        ..AlignmentConfig::default()
-    };
-    for (H, pixels) in [(FRONTAL, -20.0), (FRONTAL, 20.0), (OBLIQUE, 20.0)] {
-        let start = moved(&H, pixels);
-        let pixels = frame(&H, 2.0, same);
-        let image = GrayImage::new(WIDTH, HEIGHT, &pixels).unwrap();
-        let coarse = CoarseFrames::new(&image);
-        let mut workspace = AlignmentWorkspace::new();
-        let reference = reference();
-        let afar = align_from_afar(
-            &reference,
-            &image,
-            &coarse,
-            &start,
-            0,
-            &config,
-            &mut workspace,
-        );
-        let error = corner_error(&afar.unwrap().homography, &H);
-        assert!(error < 0.2, "{error} px from afar");
-        let near = align_in(&pixels, &start, &config);
-        let error = near.map_or(f64::INFINITY, |found| corner_error(&found.homography, &H));
-        assert!(error > 5.0, "{error} px without coarse frames");
-    }
 }

@@ -36,10 +36,13 @@ impl Tile {
 }
 
 /// Fills `tiles` with at most `limit` tiles of the face, the most textured of each part of it.
+///
+/// Their places are `step` pixels apart; where that is less than a side they overlap.
 pub fn choose(
     view: &View,
     reference: &AlignmentReference,
     frame: &GrayImage,
+    step: usize,
     limit: usize,
     tiles: &mut Vec<Tile>,
 ) {
@@ -48,8 +51,8 @@ pub fn choose(
         let length = [frame.width(), frame.height()][axis];
         range(view.outline.map(|corner| corner[axis]), length)
     });
-    for y in rows.clone().step_by(SIDE) {
-        for x in columns.clone().step_by(SIDE) {
+    for y in rows.clone().step_by(step) {
+        for x in columns.clone().step_by(step) {
             tiles.extend(candidate(view, reference, x, y));
         }
     }

@@ -34,7 +34,11 @@ impl Default for TrackingConfig {
             max_stretch: 1.2,
             min_side: 12.0,
             max_view_angle: 82f64.to_radians(),
-            alignment: AlignmentConfig::default(),
+            // A prediction is farther off than matches are.
+            alignment: AlignmentConfig {
+                renderings: 3,
+                ..AlignmentConfig::default()
+            },
             pose: FusedConfig::default(),
         }
     }
