@@ -601,7 +601,7 @@ def test_a_closer_look_is_at_the_faces_with_most_matches(first_looks, taught, mo
 
 
 def _first_look_only(look):
-    return lambda index, seen, k, among: replace(look(index, seen, k, among), closer=False)
+    return lambda index, seen, k, among: replace(look(index, seen, k, among), closer=())
 
 
 @pytest.mark.parametrize("tilt", [30, 45])

@@ -19,7 +19,7 @@ from planegrasp.library import ObjectLibrary
 from planegrasp.matching.index import NativeIndex, make_index
 from planegrasp.pose import make_pose_estimator
 from planegrasp.references import prepare_face
-from planegrasp.search import FaceSearch, View
+from planegrasp.search import FaceSearch, Outcome, View
 from planegrasp.stopwatch import StopWatch
 from planegrasp.undistorted import Undistorted
 
@@ -42,6 +42,8 @@ if TYPE_CHECKING:
 # A face that the first look found with fewer inliers is looked at closer, too, unless its grey
 # values leave no doubt: few may be wrong.
 _SURE = 12
+# Of more faces than these, most are not there, and a look at some of their descriptors is in vain.
+_FEW = 2
 # Extractors whose features of oblique views recognise a face from the side.
 _OBLIQUE = ("sift", "surf", "opencv-sift")
 
@@ -60,10 +62,10 @@ class DetectorConfig:
         oblique: the views of each face that are learnt; None makes them for SIFT and SURF.
         pruning: how many descriptors of a face are kept, and how they are chosen.
         first_look: the most useful descriptors of each face that every frame is compared with, of
-            more than three faces fewer each (2400 in all, at least 200 of each); the others only
+            more than two faces fewer each (1800 in all, at least 200 of each); the others only
             where these did not find the face. 0 = all at once.
-        closer_look: at most so many faces of those that a first look left open are compared with
-            all their descriptors, those with most matches.
+        closer_look: at most so many faces of those that a first look left open are looked at
+            closer, those with most matches.
         reference_side: longest side of the reference image that features are taken from [px].
         neighbours: how many nearest descriptors of a feature may turn out to be the right one.
         same_place: points of a face closer than this share of its longest side are one place for
@@ -197,10 +199,16 @@ class Detector:
         limit = self.config.max_instances
         outcomes = self._search.find(view, look.faces, limit, explain=explain)
         watch.lap("homography")
-        sure = {face: o.found for face, o in outcomes.items() if o.is_evident or o.inliers >= _SURE}
-        unsure = self._likeliest([f for f in look.faces.tolist() if f not in sure], view)
-        if look.closer and len(unsure):
-            view = self._closer(view, sure, unsure)
+        unsure = look.faces
+        for most in look.closer:
+            sure = {f: o.found for f, o in outcomes.items() if _is_sure(o)}
+            open_ = [face for face in unsure.tolist() if face not in sure]
+            unsure = self._likeliest(open_, view, self.config.closer_look)
+            if not len(unsure):
+                break
+            if len(unsure) > _FEW and most != look.closer[-1]:
+                continue
+            view = self._closer(view, sure, unsure, most)
             watch.lap("match")
             closer = self._search.find(view, unsure, limit, explain=explain)
             for face, outcome in closer.items():
@@ -228,14 +236,14 @@ class Detector:
         numbers = [i for i, r in enumerate(self.references) if r.object.name in names]
         return np.array(numbers, dtype=np.uint32)
 
-    def _likeliest(self, unsure: list[int], view: View) -> NDArray[np.uint32]:
-        """Of the faces that a first look left open those with most matches, ascending.
+    def _likeliest(self, unsure: list[int], view: View, most: int) -> NDArray[np.uint32]:
+        """Of the faces that a look left open those with most matches, ascending.
 
         Where there are more of them than a closer look is for, most are not in the frame.
         """
-        if len(unsure) > self.config.closer_look:
+        if len(unsure) > most:
             matches = [len(self._search.matches(view.evidence, f, 0.8)) for f in unsure]
-            best = np.argsort(matches, kind="stable")[::-1][: self.config.closer_look]
+            best = np.argsort(matches, kind="stable")[::-1][:most]
             unsure = sorted(unsure[i] for i in best)
         return np.array(unsure, dtype=np.uint32)
 
@@ -244,11 +252,12 @@ class Detector:
         view: View,
         found: dict[int, list[FaceDetection]],
         unsure: NDArray[np.uint32],
+        most: int,
     ) -> View:
-        """The features outside of the faces found for sure, with all references of the others."""
+        """The features outside of the faces found for sure, with more references of the others."""
         rest = self._search.outside(found, view.image_points)
         features, image_points = view.features.select(rest), view.image_points[rest]
-        candidates = self._index.look_closer(features, self.config.neighbours, unsure)
+        candidates = self._index.look_closer(features, self.config.neighbours, unsure, most)
         evidence = self._search.evidence(candidates, features, image_points)
         return replace(view, features=features, image_points=image_points, evidence=evidence)
 
@@ -374,6 +383,10 @@ class Detector:
                 same_place=self.config.same_place,
                 cache=cache,
             )
+
+
+def _is_sure(outcome: Outcome) -> bool:
+    return outcome.is_evident or outcome.inliers >= _SURE
 
 
 def _inliers(group: Sequence[Found]) -> int:

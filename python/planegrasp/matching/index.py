@@ -21,10 +21,12 @@ if TYPE_CHECKING:
 
 
 NATIVE = "native"
-# Of more than three faces a first look compares with fewer descriptors each: so many in all …
-_FIRST_IN_ALL = 2400
+# Of more than two faces a first look compares with fewer descriptors each: so many in all …
+_FIRST_IN_ALL = 1800
 # … but not with fewer than this of each.
 _FIRST_AT_LEAST = 200
+# A look between the first and the last is at this many times more descriptors than the first.
+_MUCH_CLOSER = 1.5
 # At least so many neighbours are looked for where the ratio is to one of them.
 _NEIGHBOURS = 16
 
@@ -75,12 +77,13 @@ class Look:
     Attributes:
         candidates: among the faces worth looking at.
         faces: numbers of those faces.
-        closer: whether `ReferenceIndex.look_closer` could find more.
+        closer: numbers of descriptors of a face with which `ReferenceIndex.look_closer` could find
+            more, ascending; the last is all of them.
     """
 
     candidates: Candidates
     faces: NDArray[np.uint32]
-    closer: bool
+    closer: tuple[int, ...]
 
 
 class ReferenceIndex(Protocol):
@@ -94,8 +97,10 @@ class ReferenceIndex(Protocol):
         """The k nearest references of each feature, quickly; of some faces only if given."""
         ...
 
-    def look_closer(self, features: Features, k: int, faces: NDArray[np.uint32]) -> Candidates:
-        """The k nearest of all references of some faces."""
+    def look_closer(
+        self, features: Features, k: int, faces: NDArray[np.uint32], most: int
+    ) -> Candidates:
+        """The k nearest of so many references of some faces, the most useful ones."""
         ...
 
 
@@ -104,7 +109,7 @@ class NativeIndex:
 
     A first look compares with the most useful descriptors of each face, of a large library only
     with faces that an inverted file proposes. That finds most faces in view. The rest, oblique or
-    weakly textured, shows in a closer look at all descriptors of the faces not found.
+    weakly textured, shows in closer looks at more and then all descriptors of the faces not found.
     """
 
     def __init__(
@@ -134,8 +139,16 @@ class NativeIndex:
         faces = self._index.propose(descriptors) if among is None else among
         first = self._share(len(faces))
         found = self._index.candidates(descriptors, k, among=faces, first=first)
-        closer = first is not None and any(self._sizes[face] > first for face in faces)
-        return Look(Candidates(*found), faces, closer)
+        return Look(Candidates(*found), faces, self._closer(faces, first))
+
+    def _closer(self, faces: NDArray[np.uint32], first: int | None) -> tuple[int, ...]:
+        """Of how many descriptors further looks are after one at so many."""
+        largest = max((self._sizes[face] for face in faces), default=0)
+        if first is None or self._first is None or largest <= first:
+            return ()
+        # As close as the first look at a small library, where that is much closer.
+        middle = self._first
+        return (middle, largest) if _MUCH_CLOSER * first < middle < largest else (largest,)
 
     def _share(self, faces: int) -> int | None:
         """Descriptors of each of so many faces in a first look; None for all."""
@@ -143,10 +156,12 @@ class NativeIndex:
             return None
         return min(self._first, max(_FIRST_AT_LEAST, _FIRST_IN_ALL // max(faces, 1)))
 
-    def look_closer(self, features: Features, k: int, faces: NDArray[np.uint32]) -> Candidates:
+    def look_closer(
+        self, features: Features, k: int, faces: NDArray[np.uint32], most: int
+    ) -> Candidates:
         """See `ReferenceIndex.look_closer`."""
         descriptors = features.descriptors.astype(np.uint8, copy=False)
-        return Candidates(*self._index.candidates(descriptors, k, among=faces))
+        return Candidates(*self._index.candidates(descriptors, k, among=faces, first=most))
 
 
 class NeighbourIndex:
@@ -166,10 +181,12 @@ class NeighbourIndex:
     def look(self, features: Features, k: int, among: NDArray[np.uint32] | None = None) -> Look:
         """See `ReferenceIndex.look`; compares with all faces also where only some are asked for."""
         faces = self._all if among is None else among
-        return Look(self.look_closer(features, k, faces), faces, closer=False)
+        return Look(self.look_closer(features, k, faces, len(self._face)), faces, closer=())
 
-    def look_closer(self, features: Features, k: int, faces: NDArray[np.uint32]) -> Candidates:
-        """See `ReferenceIndex.look_closer`; looks at all faces."""
+    def look_closer(
+        self, features: Features, k: int, faces: NDArray[np.uint32], most: int
+    ) -> Candidates:
+        """See `ReferenceIndex.look_closer`; looks at all faces, and at all of them."""
         # The nearest elsewhere must be among them: more than a place has oblique views.
         indices, distances = self._search.search(features.descriptors, max(k, _NEIGHBOURS))
         known = indices >= 0
