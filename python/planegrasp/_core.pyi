@@ -4,13 +4,15 @@ Functions raise `planegrasp.errors.InvalidInputError` for arguments that cannot 
 `planegrasp.errors.PoseError` where there is no pose, and release the interpreter's lock.
 """
 
-from collections.abc import Sequence
-from typing import TypedDict, final
+from collections.abc import Callable, Sequence
+from typing import TypedDict, TypeVar, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planegrasp.errors import PoseError
+
+_T = TypeVar("_T")
 
 __version__: str
 
@@ -740,3 +742,12 @@ class MotionState:
     def moves(self) -> float: ...
     @property
     def pose(self) -> FilteredPose: ...
+
+class ThreadPool:
+    """Threads apart from the shared ones; what runs in them is parallel in them alone."""
+
+    def __init__(self, threads: int, begin: Callable[[], object]) -> None:
+        """Start as many threads, as the machine has where 0; `begin` is called in each of them."""
+
+    def run(self, call: Callable[[], _T]) -> _T:
+        """Call something in one of the threads, wait for it, and return what it returned."""

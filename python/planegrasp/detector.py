@@ -19,7 +19,7 @@ from planegrasp.library import ObjectLibrary
 from planegrasp.matching.index import NativeIndex, make_index
 from planegrasp.pose import make_pose_estimator
 from planegrasp.references import prepare_face
-from planegrasp.search import FaceSearch, Outcome, View
+from planegrasp.search import FaceSearch, View
 from planegrasp.stopwatch import StopWatch
 from planegrasp.undistorted import Undistorted
 
@@ -32,11 +32,12 @@ if TYPE_CHECKING:
     from planegrasp.features import Extractor
     from planegrasp.geometry import PinholeCamera
     from planegrasp.grouping import Found
-    from planegrasp.matching.index import ReferenceIndex, ReferenceSet
+    from planegrasp.matching.index import Look, ReferenceIndex, ReferenceSet
     from planegrasp.objects import ObjectModel
     from planegrasp.pose.base import PoseEstimate, PoseEstimator
     from planegrasp.references import FaceReference
     from planegrasp.rgbd import RGBDFrame
+    from planegrasp.search import Outcome
 
 
 # A face that the first look found with fewer inliers is looked at closer, too, unless its grey
@@ -196,35 +197,64 @@ class Detector:
         evidence = self._search.evidence(look.candidates, features, image_points)
         flat = self._flat(gray, frame.camera)
         view = View(features, image_points, evidence, flat, frame.camera)
-        limit = self.config.max_instances
-        outcomes = self._search.find(view, look.faces, limit, explain=explain)
+        outcomes = self._find(view, look.faces, explain=explain)
         watch.lap("homography")
+        view = self._look_closer(view, look, outcomes, watch, explain=explain)
+        faces = {face: outcome.found for face, outcome in outcomes.items() if outcome.found}
+        detections = self._with_poses(faces, view, frame)
+        watch.lap("pose")
+        reports = self._reports(outcomes, look, detections) if explain else []
+        return DetectionReport(tuple(detections), tuple(reports), watch.seconds)
+
+    def _find(self, view: View, faces: NDArray[np.uint32], *, explain: bool) -> dict[int, Outcome]:
+        return self._search.find(view, faces, self.config.max_instances, explain=explain)
+
+    def _look_closer(
+        self,
+        view: View,
+        look: Look,
+        outcomes: dict[int, Outcome],
+        watch: StopWatch,
+        *,
+        explain: bool,
+    ) -> View:
+        """Look at more descriptors of the faces that were not found for sure.
+
+        Args:
+            view: of the first look.
+            look: what that gave.
+            outcomes: of it; made better.
+            watch: takes the times.
+            explain: see `FaceSearch.find`.
+
+        Returns:
+            The view of the closest look that was taken.
+        """
         unsure = look.faces
         for most in look.closer:
             sure = {f: o.found for f, o in outcomes.items() if _is_sure(o)}
-            open_ = [face for face in unsure.tolist() if face not in sure]
-            unsure = self._likeliest(open_, view, self.config.closer_look)
+            left = [face for face in unsure.tolist() if face not in sure]
+            unsure = self._likeliest(left, view)
             if not len(unsure):
                 break
             if len(unsure) > _FEW and most != look.closer[-1]:
                 continue
             view = self._closer(view, sure, unsure, most)
             watch.lap("match")
-            closer = self._search.find(view, unsure, limit, explain=explain)
-            for face, outcome in closer.items():
+            for face, outcome in self._find(view, unsure, explain=explain).items():
                 if outcome.inliers >= outcomes.get(face, outcome).inliers:
                     outcomes[face] = outcome
             watch.lap("homography")
-        faces = {face: outcome.found for face, outcome in outcomes.items() if outcome.found}
-        detections = self._with_poses(faces, view, frame)
-        watch.lap("pose")
-        reports: list[FaceReport] = []
-        if explain:
-            attempts = [r for _, outcome in sorted(outcomes.items()) for r in outcome.reports]
-            reports = [_with_others(report, detections) for report in attempts]
-            ignored = np.setdiff1d(np.arange(len(self.references)), look.faces)
-            reports += [self._search.not_proposed(int(face)) for face in ignored]
-        return DetectionReport(tuple(detections), tuple(reports), watch.seconds)
+        return view
+
+    def _reports(
+        self, outcomes: dict[int, Outcome], look: Look, detections: Sequence[Detection]
+    ) -> list[FaceReport]:
+        """The fate of every face."""
+        attempts = [r for _, outcome in sorted(outcomes.items()) for r in outcome.reports]
+        reports = [_with_others(report, detections) for report in attempts]
+        ignored = np.setdiff1d(np.arange(len(self.references)), look.faces)
+        return reports + [self._search.not_proposed(int(face)) for face in ignored]
 
     def _faces_of(self, names: set[str]) -> NDArray[np.uint32]:
         """Numbers of the faces of some objects."""
@@ -236,11 +266,12 @@ class Detector:
         numbers = [i for i, r in enumerate(self.references) if r.object.name in names]
         return np.array(numbers, dtype=np.uint32)
 
-    def _likeliest(self, unsure: list[int], view: View, most: int) -> NDArray[np.uint32]:
+    def _likeliest(self, unsure: list[int], view: View) -> NDArray[np.uint32]:
         """Of the faces that a look left open those with most matches, ascending.
 
         Where there are more of them than a closer look is for, most are not in the frame.
         """
+        most = self.config.closer_look
         if len(unsure) > most:
             matches = [len(self._search.matches(view.evidence, f, 0.8)) for f in unsure]
             best = np.argsort(matches, kind="stable")[::-1][:most]

@@ -21,13 +21,14 @@ class IdealArm:
         slippery_from: time from which the fingers press on nothing.
         flicker: the fingers press on nothing for a period out of every so long [s]; never where 0.
         leap: the clock goes on by so much more in each period [s].
+        lag: the arm is where it was told to be so long before [s].
     """
 
     def __init__(self, robot, state, pose_of_object, grasp):
         self.robot, self.state, self.time = robot, state, 0.0
         self.commands, self.given, self.grips = [robot.arm(state)], [0.0], []
         self.stuck_from = self.slippery_from = np.inf
-        self.leap = self.flicker = 0.0
+        self.leap = self.flicker = self.lag = 0.0
         self._pose_of_object, self._grasp = pose_of_object, grasp
         self._holding = False
 
@@ -48,16 +49,21 @@ class IdealArm:
         return self._holding
 
     def move(self, q):
-        if self.time < self.stuck_from:
-            self.state = self.robot.with_arm(self.state, q)
         self.commands.append(np.array(q))
         self.given.append(self.time)
+        self._follow()
 
     def grip(self, opening, force):
         self.grips.append((opening, force))
 
     def advance(self, seconds):
         self.time += seconds + self.leap
+        self._follow()
+
+    def _follow(self):
+        if self.time < self.stuck_from:
+            told = np.searchsorted(self.given, self.time - self.lag, side="right") - 1
+            self.state = self.robot.with_arm(self.state, self.commands[max(told, 0)])
 
 
 class ScriptedEyes:

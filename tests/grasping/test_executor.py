@@ -336,6 +336,91 @@ def test_a_jump_of_the_object_sends_the_gripper_back_to_its_distance(pr2, side_p
     run.check_speeds()
 
 
+@pytest.mark.parametrize(("lag", "outcome"), [(0.04, "held"), (0.24, "left behind")])
+def test_a_gripper_is_where_its_arm_is_not_where_that_was_told_to_be(
+    pr2, side_plan, body, lag, outcome
+):
+    """Commands are on the grasp's line either way; the gripper is 12 mm beside it with the lag."""
+    motion = constant_velocity(side_plan.T_base_object, (0.0, 0.06, 0.0))
+    run = Run(pr2, side_plan, motion, lag=lag)
+    execution = run(body, blind_from=np.inf, config=replace(CONFIG, following=1.0))
+    assert execution.outcome == outcome, execution
+
+
+def test_a_gripper_beside_its_line_goes_back(pr2, side_plan, body):
+    slow = replace(CONFIG, speed=0.08, patience=20.0)
+    still = Run(pr2, side_plan)
+    still(body, blind_from=np.inf, config=slow)
+    when = still.at["reached"][1] - 0.5
+    # Out of tolerance by three times: not so far that it must begin again.
+    aside = side_plan.T_base_object * RigidTransform.from_translation([0.0, 0.02, 0.0])
+    run = Run(pr2, side_plan, lambda time: side_plan.T_base_object if time < when else aside)
+    execution = run(body, blind_from=np.inf, config=slow)
+    assert execution.is_held, execution
+    first, last = (np.searchsorted(run.times(), t) for t in (when, run.at["reached"][1]))
+    along = side_plan.grasp.adapt(aside).inv().apply(run.points(first, last))[:, 0]
+    nearest = np.argmax(along < along[0] - 0.005)
+    # By as much as it would have come nearer, and then to the object.
+    assert nearest > 0
+    assert along.min() > -0.095
+    assert along[-1] == pytest.approx(0.0, abs=0.003)
+    run.check_speeds(slow)
+
+
+def test_a_gripper_leaves_an_object_that_moves_along_its_line(pr2, side_plan, body):
+    motion = constant_velocity(side_plan.T_base_object, (0.0, 0.03, 0.01))
+    run = Run(pr2, side_plan, motion, slippery_from=0.0)
+    assert run(body, blind_from=np.inf).outcome == "missed"
+    leaving = _leaving(run)
+    assert leaving[-1, 0] == pytest.approx(-0.1, abs=0.002)
+    assert np.abs(leaving[:, 1:]).max() < 0.003
+
+
+def test_what_stands_behind_a_gripper_that_leaves_is_not_touched(pr2, side_plan, body):
+    """Beside an object that has moved, where nothing was in the way before."""
+    still = Run(pr2, side_plan)
+    still(body, blind_from=np.inf)
+    reached = still.at["reached"][1]
+
+    def motion(time):
+        moved = np.array([0.0, 0.1, 0.0]) * np.clip(time - reached, 0.0, CONFIG.closing)
+        return RigidTransform.from_translation(moved) * side_plan.T_base_object
+
+    free = Run(pr2, side_plan, motion, slippery_from=0.0)
+    assert free(body, blind_from=np.inf).outcome == "missed"
+    first = _opened(free)
+    ends = [free.arm.commands[first], free.arm.commands[first + len(_leaving(free)) - 1]]
+    elbow = [pr2.T_base("r_elbow_flex_link", pr2.with_arm(pr2.home, q)).translation for q in ends]
+    way = elbow[1] - elbow[0]
+    at = elbow[1] + 0.05 * way / np.linalg.norm(way)
+    post = Obstacle("post", (0.01, 0.01, 0.01), RigidTransform.from_translation(at))
+    checker = CollisionChecker(pr2, Scene((post,)))
+
+    def touches(run):
+        contacts = (checker.check(q, side_plan.opening) for q in run.arm.commands)
+        return any(contact is not None and contact.depth >= 0 for contact in contacts)
+
+    assert touches(free)
+    run = Run(pr2, side_plan, motion, slippery_from=0.0)
+    assert run(body, blind_from=np.inf, scene=Scene((post,))).outcome == "missed"
+    assert not touches(run)
+
+
+def _opened(run):
+    """Number of the first command after fingers that closed on nothing have opened again."""
+    return int(np.searchsorted(run.times(), run.at["reached"][1] + CONFIG.closing + 0.5))
+
+
+def _leaving(run):
+    """m×3 positions of the gripper from there to its farthest, seen from the grasp."""
+    first = _opened(run)
+    times = run.times()[first:] + CONFIG.lead
+    grasps = [run.plan.grasp.adapt(run.motion(time)).inv() for time in times]
+    points = [T.apply(p) for T, p in zip(grasps, run.points(first), strict=True)]
+    seen = np.array(points)[: round(0.1 / CONFIG.back_speed / CONFIG.period) + 2]
+    return seen[: np.argmin(seen[:, 0]) + 1]
+
+
 def test_fingers_that_close_on_nothing_have_missed(pr2, side_plan, body):
     run = Run(pr2, side_plan, slippery_from=0.0)
     execution = run(body)

@@ -107,7 +107,8 @@ class Pursuit:
     def leave(self, opening: float) -> None:
         """Back along the grasp's line, wherever an object moves that is still about there.
 
-        Where the arm was in the base, somebody's fingers may be by now.
+        Where the arm was in the base, somebody's fingers may be by now. It ends where the arm would
+        come nearer to something.
 
         Args:
             opening: time for fingers that are closed to open [s].
@@ -120,6 +121,8 @@ class Pursuit:
                 self._drive.wait() if lost else self._step()
         while self._standoff < self._farthest and not (lost or self._lags() > _JUMPED):
             self._standoff = min(self._farthest, self._standoff + away)
+            if self._comes_nearer():
+                return
             self._step()
 
     def _follow(self, path: Path) -> bool:
@@ -233,6 +236,15 @@ class Pursuit:
             self._check(q, T_base_object, kept, self._drive.missed(goal))
         self._drive.to(q)
         return self._drive.missed(goal)
+
+    def _comes_nearer(self) -> bool:
+        """Whether the next step leads to where less than the margin is left, and less than here."""
+        T_base_object = self._expected()
+        self._nearby.place(T_base_object)
+        q = self._drive.towards(self._before_grasp(T_base_object))
+        there = self._nearby.contact(q, reaching=True)
+        here = self._nearby.contact(self._drive.q, reaching=True)
+        return there is not None and (here is None or there.depth > here.depth)
 
     def _lags(self) -> float:
         """How far the gripper is from where it should be at this moment, in tolerances."""

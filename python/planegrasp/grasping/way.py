@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -148,8 +147,10 @@ class Way:
         if self._pursuit is None:
             self._drive.wait(_LETTING_GO)
         else:
-            with suppress(StoppedError):
+            try:
                 self._pursuit.leave(_LETTING_GO)
+            except StoppedError:
+                self.stay()
         self._eyes = self._target = None
         try:
             self._drive.follow(self._drive.back)

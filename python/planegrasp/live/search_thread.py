@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import threading
 from collections import deque
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
+
+from planegrasp import _core
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -16,6 +21,9 @@ if TYPE_CHECKING:
     from planegrasp.rgbd import RGBDFrame
 
 __all__ = ["Found", "SearchThread"]
+
+# How much less urgent than tracking a search is, for the operating system.
+_NICE = 10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,7 +54,8 @@ class SearchThread:
 
     It begins with the frame that waits as soon as it is done with the one before, whether or not
     the result of that was taken: what it looks for is gone again in some frames. An error of the
-    detector is raised where its result is taken.
+    detector is raised where its result is taken. What the detector does in parallel it does in
+    threads apart from those of tracking, which come first where there are not enough processors.
     """
 
     def __init__(self, detector: Detector) -> None:
@@ -105,10 +114,12 @@ class SearchThread:
         self._thread.join()
 
     def _run(self) -> None:
+        pool = _core.ThreadPool(0, _step_back)
         while (request := self._next()) is not None:
             result: Found | BaseException
             try:
-                detections = self._detector.detect(request.frame, among=request.names)
+                search = partial(self._detector.detect, request.frame, among=request.names)
+                detections = pool.run(search)
                 result = Found(detections, request.time, request.T_fixed_camera)
             except Exception as error:
                 result = error
@@ -124,3 +135,9 @@ class SearchThread:
             request, self._waiting = self._waiting, None
             self._times.append(request.time)
             return request
+
+
+def _step_back() -> None:
+    # Of a thread, where the operating system knows that (Linux).
+    with suppress(AttributeError, OSError):
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICE)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field, fields
 from math import radians
 from typing import TYPE_CHECKING
 
@@ -70,7 +70,8 @@ class FusedConfig:
         self._settings()
 
     def _settings(self) -> _core.FusedSettings:
-        return _core.FusedSettings(**asdict(self))
+        # Every frame: `asdict` would copy deeply.
+        return _core.FusedSettings(**{one.name: getattr(self, one.name) for one in fields(self)})
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,10 +83,6 @@ class FusedEstimator:
     """
 
     config: FusedConfig = field(default_factory=FusedConfig)
-    _settings: _core.FusedSettings = field(init=False, repr=False, compare=False)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "_settings", self.config._settings())
 
     @property
     def name(self) -> str:
@@ -117,7 +114,7 @@ class FusedEstimator:
             except PoseError as error:
                 results[number] = error
         camera = to_core_camera(frame.camera)
-        estimates = _core.fused(list(faces.values()), camera, frame.depth, self._settings)
+        estimates = _core.fused(list(faces.values()), camera, frame.depth, self.config._settings())
         by_number = dict(zip(faces, estimates, strict=True))
         good = {n: one for n, one in by_number.items() if not isinstance(one, PoseError)}
         results |= {n: one for n, one in by_number.items() if isinstance(one, PoseError)}

@@ -61,7 +61,9 @@ class FollowConfig:
     max_stretch: float = 1.2
     min_side: float = 12.0
     max_view_angle: float = math.radians(82.0)
-    alignment: AlignmentConfig = field(default_factory=lambda: AlignmentConfig(renderings=3))
+    alignment: AlignmentConfig = field(
+        default_factory=lambda: AlignmentConfig(max_tiles=160, renderings=3)
+    )
     pose: FusedConfig = field(default_factory=FusedConfig)
 
     def __post_init__(self) -> None:

@@ -24,6 +24,7 @@ mod pose_filter;
 mod sift;
 #[cfg(feature = "surf")]
 mod surf;
+mod thread_pool;
 mod three_point;
 mod tracking;
 
@@ -54,6 +55,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<pose_filter::FilteredPose>()?;
     module.add_class::<pose_filter::MotionSettings>()?;
     module.add_class::<pose_filter::MotionState>()?;
+    module.add_class::<thread_pool::ThreadPool>()?;
     module.add_class::<tracking::FollowSettings>()?;
     module.add_class::<tracking::TrackedObject>()?;
     module.add_class::<tracking::FollowedFace>()?;
