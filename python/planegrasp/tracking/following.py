@@ -175,7 +175,6 @@ def _face(model: ObjectModel, seen: _core.FollowedFace, camera: PinholeCamera) -
     face = model.faces[seen.face]
     height, width = face.image.shape[:2]
     H, points = seen.homography, seen.reference_points
-    hull = cv2.convexHull(points.astype(np.float32))
     return FaceDetection(
         name=face.name,
         homography=H,
@@ -183,6 +182,6 @@ def _face(model: ObjectModel, seen: _core.FollowedFace, camera: PinholeCamera) -
         corners=camera.distort(apply_homography(H, reference_corners(width, height))),
         reference_points=points,
         image_points=seen.image_points,
-        coverage=float(cv2.contourArea(hull)) / (width * height),
+        coverage=seen.hull_area / (width * height),
         agreement=len(points) / max(seen.compared, 1),
     )

@@ -123,6 +123,12 @@ impl FollowedFace {
         points_to_numpy(py, self.core.points.iter().map(|&point| apply(H, point)))
     }
 
+    /// Area of the convex hull of those that agree, in the reference.
+    #[getter]
+    fn hull_area(&self) -> f64 {
+        self.core.hull_area()
+    }
+
     /// Tiles of the face in the image.
     #[getter]
     fn compared(&self) -> usize {

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::{Lost, Sight, TrackedFace, TrackedObject, TrackingConfig};
 use crate::alignment::{Alignment, AlignmentWorkspace, align, align_from_afar, apply};
+use crate::convex_hull::hull_area;
 use crate::face::{Correspondence, Face};
 use crate::fused;
 use crate::{PoseError, PoseEstimate};
@@ -30,6 +31,13 @@ pub struct FollowedFace {
     pub compared: usize,
     /// Mean correlation of those that agree.
     pub score: f64,
+}
+
+impl FollowedFace {
+    /// Area of the convex hull of the tiles' centres [reference px²].
+    pub fn hull_area(&self) -> f64 {
+        hull_area(self.points.clone())
+    }
 }
 
 /// An object where it is seen.
