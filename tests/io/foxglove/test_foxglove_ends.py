@@ -105,6 +105,7 @@ def test_every_single_byte_of_the_smallest_log(tmp_path):
 
 _WRITE = """
 import sys
+{before}
 sys.path.insert(0, {here!r})
 from recorded_frames import frame
 from planegrasp.errors import RecordingError
@@ -123,14 +124,18 @@ with FoxgloveStream() as stream:
 """
 
 
-def writer(path, **options):
-    script = _WRITE.format(here=str(Path(__file__).parents[2]), path=str(path))
+# In the process itself: to set it between fork and exec is not safe where there are threads.
+_LIMIT = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (1_500_000, 1_500_000))"
+
+
+def writer(path, before=""):
+    here = str(Path(__file__).parents[2])
+    script = _WRITE.format(here=here, path=str(path), before=before)
     return subprocess.Popen(
         [sys.executable, "-c", script],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        **options,
     )
 
 
@@ -150,12 +155,8 @@ def test_the_process_is_killed(tmp_path):
 
 
 def test_a_full_disk(tmp_path):
-    resource = pytest.importorskip("resource")
-    limit = (1_500_000, 1_500_000)
-    with writer(
-        tmp_path / "run.mcap",
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, limit),
-    ) as process:
+    pytest.importorskip("resource")
+    with writer(tmp_path / "run.mcap", _LIMIT) as process:
         out, err = process.communicate(timeout=60)
     assert (process.returncode, err) == (0, ""), "and neither a traceback nor a line of the library"
     *_, told, last = out.splitlines()
