@@ -277,6 +277,22 @@ def test_grasp_plans_and_refusals(tmp_path):
     assert said == ["grasp: book by 'side'", "no grasp of book: out of reach"]
 
 
+def test_a_grasp_comes_with_every_frame_while_it_holds(tmp_path):
+    planned = plan(replace(HEADER, frame_id="base_link"))
+    refused = GraspRefusalMessage(planned.header, "book", "out of reach", ())
+    with FoxgloveStream() as stream:
+        stream.log_to(tmp_path / "run.mcap")
+        stream.detections(frame(0), [])
+        stream.grasp(planned)
+        stream.detections(frame(1), [])
+        stream.grasp(refused)
+        stream.detections(frame(2), [])
+    (_, first), (time, again), (_, last) = contents(tmp_path / "run.mcap")[TOPICS.grasp_scene]
+    assert time == Stamp.from_seconds(frame(1).timestamp).total_nanoseconds
+    assert again == first
+    assert not last.entities
+
+
 def test_what_is_gone_is_deleted(watched, tmp_path):
     objects, _, seen = watched
     gone = replace(seen[1], detections=(), tracks=())
