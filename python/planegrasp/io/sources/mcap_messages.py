@@ -92,11 +92,14 @@ class McapFiles:
             last = message.log_time
         if records.is_finished:
             return
-        self.cut_off = f"{path.name} was cut off when it was recorded: it ends "
+        end = "it has no whole message"
         if first is not None:
             whole, rest = divmod(last, 10**9)
-            self.cut_off += f"after {(last - first) / 1e9:.1f} s at {whole}.{rest:09d}, "
-        self.cut_off += f"whole up to byte {records.end} of {path.stat().st_size}"
+            end = f"it ends after {(last - first) / 1e9:.1f} s at log time {whole}.{rest:09d}"
+        self.cut_off = (
+            f"{path.name} was cut off when it was recorded: {end}, and is whole up to byte "
+            f"{records.end} of {path.stat().st_size}"
+        )
 
     def _add(self, channel: Channel, schema: Schema | None, count: int) -> None:
         self.types[channel.topic] = "" if schema is None else _type(channel, schema)
