@@ -27,7 +27,7 @@ from planegrasp.io.ros2.conversions import (
     pose_stamped,
     tf_message,
 )
-from planegrasp.io.ros2.grasp_conversions import joint_trajectory, pose_array, verdicts_array
+from planegrasp.io.ros2.grasp_conversions import grasp_pose, joint_trajectory, verdicts_array
 from planegrasp.io.ros2.markers import marker_array
 
 HEADER = Header(Stamp(1_700_000_000, 123_456_789), "camera_color_optical_frame")
@@ -111,7 +111,7 @@ def messages(types):
         "trajectory_msgs/msg/JointTrajectory": joint_trajectory(
             types, HEADER, plan().joints, plan().move
         ),
-        "geometry_msgs/msg/PoseArray": pose_array(types, HEADER, [pose(1), pose(2)]),
+        "geometry_msgs/msg/PoseStamped": grasp_pose(types, HEADER, pose(1)),
         "diagnostic_msgs/msg/DiagnosticArray": verdicts_array(types, plan()),
         "std_msgs/msg/String": types("std_msgs/msg/String")(data='{"priorities": {"bücher": 1}}'),
     }

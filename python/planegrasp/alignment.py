@@ -31,7 +31,7 @@ class AlignmentConfig:
             for example because the face is not quite flat.
         max_iterations: at most so many on one rendering of the reference.
         renderings: at most so many times the reference is rendered, each by the homography found
-            on the one before.
+            on the one before; at least 2.
     """
 
     max_tiles: int = 128

@@ -30,6 +30,20 @@ import resource
 resource.setrlimit(resource.RLIMIT_FSIZE, (3_000_000, 3_000_000))
 {_MAIN}
 """
+# A disk that answers no more after 1 MB, and half a second to wait for it.
+_HANGING = f"""
+import threading
+from planegrasp.io.foxglove import log_file
+from planegrasp.live.beside import Beside
+write = log_file._Target.write
+def hanging(self, data):
+    if self._position > 1_000_000:
+        threading.Event().wait()
+    return write(self, data)
+log_file._Target.write = hanging
+Beside.__init__.__kwdefaults__["close_timeout"] = 0.5
+{_MAIN}
+"""
 NAME = taught()[0].name
 FRAMES = 8
 TOPICS = FoxgloveTopics()
@@ -194,6 +208,26 @@ def test_a_client_and_a_full_disk(here):
     source = open_source(here / "a.mcap")
     assert "was cut off" in source.notes[0]
     assert len(list(source)) > 0
+
+
+@pytest.mark.usefixtures("here")
+def test_a_disk_that_hangs(here):
+    """The program ends all the same, with what was written until then."""
+    done = subprocess.run(
+        [
+            *(sys.executable, "-c", _HANGING, "live", "run.mcap", "--json"),
+            *("--log", "a.mcap", "--foxglove-address", "127.0.0.1:0"),
+        ],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+        cwd=here,
+    )
+    assert (done.returncode, "Traceback" in done.stderr) == (1, False), done.stderr
+    assert "recording: the log a.mcap has no end: the disk hangs" in done.stderr
+    assert json.loads(done.stdout)["frames"] > 2
+    assert 0 < len(list(open_source(here / "a.mcap"))) < FRAMES
 
 
 def with_video(folder):

@@ -6,8 +6,6 @@ import json
 import signal
 import subprocess
 import sys
-import time
-from itertools import cycle
 
 import numpy as np
 import pytest
@@ -16,27 +14,20 @@ pytest.importorskip("cyclonedds")
 
 from rendered_stream import shots, taught
 from ros2_driver import COLOR, DEPTH, INFO, Driver, free_domain, until
+from ros2_listener import NAME, OUTPUTS, Feed, Listener, nanoseconds, transform
 from ros2_proof import Heard, built_peer
 
 from planegrasp.bench.ros2_peer import Endpoint, Peer
-from planegrasp.geometry import RigidTransform, Rotation
+from planegrasp.geometry import Rotation
 from planegrasp.io.messages import Header, Stamp
 from planegrasp.io.recording import open_recorder
 from planegrasp.io.ros2.conversions import camera_info_message, image_message
 from planegrasp.io.ros2.dds import DdsConfig, DdsNode, dds_type
 from planegrasp.io.ros2.dds.as_json import message_to_json
-from planegrasp.io.ros2.profiles import KEPT, TF_STATIC
+from planegrasp.io.ros2.profiles import TF_STATIC
 from planegrasp.library import ObjectLibrary
 
 _MAIN = "from planegrasp.cli import main; main()"
-NAME = taught()[0].name
-OUTPUTS = {
-    "/planegrasp/detections": "vision_msgs/msg/Detection3DArray",
-    f"/planegrasp/objects/{NAME}/pose": "geometry_msgs/msg/PoseWithCovarianceStamped",
-    "/planegrasp/overlay": "sensor_msgs/msg/Image",
-    "/planegrasp/markers": "visualization_msgs/msg/MarkerArray",
-    "/tf": "tf2_msgs/msg/TFMessage",
-}
 
 
 @pytest.fixture
@@ -84,65 +75,6 @@ def start(here, domain):
     for process in begun:
         with process:
             process.kill()
-
-
-def transform(pose):
-    p, q = pose.position, pose.orientation
-    turn = Rotation.from_quat([q.x, q.y, q.z, q.w])
-    return RigidTransform.from_components([p.x, p.y, p.z], turn)
-
-
-def nanoseconds(header):
-    return header.stamp.sec * 10**9 + header.stamp.nanosec
-
-
-class Listener:
-    """Keeps what comes on each topic by the stamp of its image."""
-
-    def __init__(self, node):
-        self.readers = {topic: node.reader(topic, kind) for topic, kind in OUTPUTS.items()}
-        self.events = node.reader("/planegrasp/events", "std_msgs/msg/String", KEPT)
-        self.by_stamp = {}
-        self.said = []
-
-    def take(self):
-        for topic, reader in self.readers.items():
-            for message, _ in reader.take():
-                self.by_stamp.setdefault(self.stamp(message), {})[topic] = message
-        self.said += [json.loads(message.data) for message, _ in self.events.take()]
-
-    @staticmethod
-    def stamp(message):
-        for members in ("transforms", "markers"):
-            if hasattr(message, members):
-                return nanoseconds(getattr(message, members)[0].header)
-        return nanoseconds(message.header)
-
-    def complete(self):
-        """Stamps with a message on each topic."""
-        return [stamp for stamp, found in self.by_stamp.items() if len(found) == len(OUTPUTS)]
-
-
-class Feed:
-    """Publishes the rendered stream to and fro, and listens."""
-
-    def __init__(self, node):
-        first = shots()[0].frame
-        self.listener = Listener(node)
-        self.truth = {}
-        self._shots = cycle([*shots(), *shots()[::-1]])
-        self._driver = Driver(node, depth=first.depth, camera=first.camera)
-
-    def until(self, condition):
-        """Publish at 30 Hz until a condition holds."""
-        until(lambda: self._send() or condition(), 60.0)
-
-    def _send(self):
-        shot = next(self._shots)
-        header = self._driver.send_frame(shot.frame)
-        self.truth[header.stamp.total_nanoseconds] = shot
-        time.sleep(1 / 30)
-        self.listener.take()
 
 
 def test_images_in_and_everything_out(node, start):

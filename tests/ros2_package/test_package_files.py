@@ -17,7 +17,7 @@ pytest.importorskip("rosbags")  # brings ruamel.yaml
 
 from ruamel.yaml import YAML
 
-from planegrasp.io.ros2 import LiveTopics
+from planegrasp.io.ros2 import GraspTopics, LiveTopics
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "ros2" / "planegrasp_ros"
@@ -144,9 +144,12 @@ def test_it_depends_on_all_packages_of_its_messages():
 def test_rviz_shows_what_is_published():
     settings = YAML(typ="safe").load((PACKAGE / "rviz" / "planegrasp.rviz").read_text())
     displays = settings["Visualization Manager"]["Displays"]
-    shown = {
-        one["Class"].partition("/")[2]: one["Topic"]["Value"] for one in displays if "Topic" in one
+    shown = {(one["Class"], one["Topic"]["Value"]) for one in displays if "Topic" in one}
+    topics, grasps = LiveTopics(), GraspTopics()
+    assert shown == {
+        ("rviz_default_plugins/MarkerArray", topics.markers),
+        ("rviz_default_plugins/Image", topics.overlay),
+        ("rviz_default_plugins/Pose", grasps.pose("pregrasp")),
+        ("rviz_default_plugins/Pose", grasps.pose("grasp")),
     }
-    topics = LiveTopics()
-    assert shown == {"MarkerArray": topics.markers, "Image": topics.overlay}
     assert any(one["Class"] == "rviz_default_plugins/TF" for one in displays)

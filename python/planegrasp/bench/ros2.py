@@ -10,7 +10,7 @@ import numpy as np
 
 from planegrasp.bench.result import BenchResult
 from planegrasp.bench.ros2_latency import measure_latency
-from planegrasp.bench.ros2_restarts import publish_on
+from planegrasp.bench.ros2_restarts import frames_between, publish_on
 from planegrasp.bench.ros2_seen import Seen
 
 if TYPE_CHECKING:
@@ -29,12 +29,18 @@ class Ros2Settings:
         kills: of the peer.
         latency_frames: of which the latency is measured.
         program: of the peer, for example that of `ros2/proof` on RustDDS; None for one in Python.
+
+    Raises:
+        InvalidInputError: there are not more frames than kills.
     """
 
     frames: int = 10_000
     kills: int = 20
     latency_frames: int = 1_000
     program: Path | None = None
+
+    def __post_init__(self) -> None:
+        frames_between(self.frames, self.kills)
 
     @classmethod
     def quick(cls) -> Ros2Settings:

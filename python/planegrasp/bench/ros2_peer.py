@@ -79,9 +79,15 @@ class Peer(ClosesAtEnd):
                 command += [option, one.topic, one.message, one.profile]
         self.started = time.time()
         self._lines: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
-        self._process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-        )
+        try:
+            self._process = subprocess.Popen(
+                command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+            )
+        except OSError as error:
+            raise PlanegraspError(
+                f"{command[0]} cannot be run as a peer ({error.strerror}): give the program "
+                f"ros2-peer that `make proof` builds"
+            ) from error
         # A thread reads, or the process would wait for who does not.
         self._thread = threading.Thread(target=self._read, daemon=True)
         self._thread.start()

@@ -12,6 +12,7 @@ import numpy as np
 from planegrasp.bench.ros2_peer import Endpoint, Peer
 from planegrasp.bench.soak import SETTLED, memory_growth, resident
 from planegrasp.closing import ClosesAtEnd
+from planegrasp.errors import InvalidInputError
 from planegrasp.io.messages import library_events
 from planegrasp.io.messages.header import Stamp
 from planegrasp.io.ros2 import LivePublisher
@@ -35,7 +36,7 @@ class Restarts:
     Attributes:
         frames: that were published.
         again: from each start of the peer until it had heard something on every topic [s]; NaN
-            where it did not.
+            where it did not, or was killed before.
         publish_ms: of each frame: how long publishing took.
         late_ms: the longest that a frame was behind its time, after the first second.
         refused: messages that found no room.
@@ -53,6 +54,19 @@ class Restarts:
     def growth(self) -> float:
         """Of memory after a tenth of the frames [MB], see `memory_growth`."""
         return memory_growth(self.memory[int(SETTLED * len(self.memory)) :])
+
+
+def frames_between(frames: int, kills: int) -> int:
+    """How many frames there are from one kill to the next.
+
+    Raises:
+        InvalidInputError: there is none.
+    """
+    if frames <= kills:
+        raise InvalidInputError(
+            f"{kills} kills need at least {kills + 1} frames, one between each two; got {frames}"
+        )
+    return frames // (kills + 1)
 
 
 def publish_on(
@@ -73,11 +87,15 @@ def publish_on(
         frames: how many are published.
         kills: how often the peer is killed (SIGKILL) and started again.
         advance: called every tenth frame.
+
+    Raises:
+        InvalidInputError: there are not more frames than kills.
+        PlanegraspError: the peer did not start.
     """
+    between = frames_between(frames, kills)
     shown = [*seen.frames, *seen.frames[-2:0:-1]]
     (model,) = seen.objects
     publish_ms, memory, late = [], [], 0.0
-    between = frames // (kills + 1)
     with (
         DdsNode(DdsConfig(domain)) as node,
         LivePublisher(node, seen.objects, body_frame="camera_link") as publisher,
@@ -101,6 +119,7 @@ def publish_on(
             if number % 10 == 9:
                 memory.append(resident())
                 advance()
+                restarted.check()
         again = restarted.finish()
         refused = publisher.refused
     return Restarts(frames, again[1:], tuple(publish_ms), late, refused, tuple(memory))
@@ -113,38 +132,60 @@ class _Restarted(ClosesAtEnd):
         self._start: Callable[[], Peer] = lambda: Peer(domain, reads, (), program, brief=True)
         self._topics = {one.topic for one in reads}
         self._again: list[float] = []
-        self._killed = threading.Event()
+        self._asked = 0
         self._ended = threading.Event()
+        self._failure: Exception | None = None
         self._thread = threading.Thread(target=self._run)
         self._thread.start()
 
     def kill(self) -> None:
-        """Kill the peer; it is started again at once."""
-        self._killed.set()
+        """Kill the peer, also one that only just starts; it is started again at once."""
+        self._asked += 1
+
+    def check(self) -> None:
+        """Raise what ended the restarting, if anything did.
+
+        Raises:
+            PlanegraspError: the peer did not start.
+        """
+        if self._failure is not None:
+            raise self._failure
 
     def finish(self) -> tuple[float, ...]:
-        """End it; how long it took after each start until it had heard something everywhere."""
+        """End it; how long it took after each start until it had heard something everywhere.
+
+        Raises:
+            PlanegraspError: the peer did not start.
+        """
         self.close()
+        self.check()
         return tuple(self._again)
 
     def close(self) -> None:
         """End it."""
         self._ended.set()
-        self._killed.set()
         self._thread.join()
 
     def _run(self) -> None:
-        while not self._ended.is_set():
-            with self._start() as peer:
-                self._again.append(self._heard(peer))
-                while not self._killed.is_set():
-                    peer.next(0.1)
-                self._killed.clear()
-                peer.kill()
+        try:
+            # One start for the beginning, and one for each kill, however soon after another.
+            while not self._ended.is_set() or len(self._again) <= self._asked:
+                with self._start() as peer:
+                    number = len(self._again)
+                    self._again.append(self._heard(peer, number))
+                    while not self._is_due(number):
+                        peer.next(0.1)
+                    peer.kill()
+        except Exception as error:
+            self._failure = error
 
-    def _heard(self, peer: Peer) -> float:
+    def _is_due(self, number: int) -> bool:
+        """Whether a start is to be killed."""
+        return self._asked > number or self._ended.is_set()
+
+    def _heard(self, peer: Peer, number: int) -> float:
         missing = set(self._topics)
-        while time.time() < peer.started + _LONGEST_WAIT:
+        while time.time() < peer.started + _LONGEST_WAIT and not self._is_due(number):
             line = peer.next(0.1)
             if line is not None and line.get("topic") in missing:
                 missing.remove(line["topic"])

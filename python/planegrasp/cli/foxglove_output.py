@@ -39,28 +39,33 @@ class FoxgloveOutput(ClosesAtEnd):
         """Start.
 
         Args:
-            stream: with its file and its server; closed at the end.
+            stream: with its file and its server; closed at the end, by nobody else: another
+                thread would wait without end for a disk that hangs.
             header_of: gives the header of a frame's image, where the source knows it.
             wait: whether to wait until there is time for a frame instead of leaving some out.
         """
         self._stream = stream
         self._header_of = header_of
-        self._has_log = stream.log is not None
+        self._left_out = 0
         self.what = f"the log {stream.log.path}" if stream.log else "Foxglove"
         self._notes: deque[tuple[str, str]] = deque(maxlen=_KEPT_NOTES)
         self._failure: RecordingError | None = None
         self._beside: Beside[tuple[LiveFrame, Header | None]] = Beside(
             self._write,
             self._end,
-            waiting=_WAITING if self._has_log else 1,
             wait=wait,
             name="planegrasp-foxglove",
         )
 
     @property
+    def is_recording(self) -> bool:
+        """Whether there is a file."""
+        return self._stream.log is not None
+
+    @property
     def left_out(self) -> int:
-        """Frames that came faster than they were written; what is only shown is not missed."""
-        return self._beside.left_out if self._has_log else 0
+        """Frames that came faster than they were logged; what is only shown is not missed."""
+        return self._left_out
 
     @property
     def hangs(self) -> bool:
@@ -69,7 +74,12 @@ class FoxgloveOutput(ClosesAtEnd):
 
     def frame(self, seen: LiveFrame, rates: LiveRates) -> None:
         """Log it when there is time."""
+        has_log = self.is_recording
+        self._beside.waiting = _WAITING if has_log else 1
+        before = self._beside.left_out
         self._beside.put((seen, self._header_of(seen.frame) if self._header_of else None))
+        if has_log:
+            self._left_out += self._beside.left_out - before
 
     def note(self, text: str, level: str) -> None:
         """Log it with the next frame."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 import sys
-from contextlib import ExitStack, nullcontext
+from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -14,7 +14,6 @@ from planegrasp.cli.common import JsonOption, LibraryOption, messages, print_jso
 from planegrasp.cli.foxglove_options import (
     LogColorOption,
     foxglove_config,
-    foxglove_stream,
     log_option,
 )
 from planegrasp.cli.source_options import (
@@ -34,16 +33,6 @@ from planegrasp.cli.source_options import (
 )
 from planegrasp.cli.task_options import TASK_PANEL, BudgetOption, WantOption, task_of
 from planegrasp.errors import InvalidInputError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from planegrasp.cli.live_outputs import Output
-    from planegrasp.io.cameras import Camera
-    from planegrasp.io.foxglove import FoxgloveStream
-    from planegrasp.io.sources import FrameSource
-    from planegrasp.objects import ObjectModel
-    from planegrasp.viz.rerun_streams import RerunStream
 
 _SHOWING = "Viewer"
 _FOXGLOVE = "Foxglove"
@@ -158,6 +147,7 @@ def live(
 
         planegrasp live realsense --foxglove --log run.mcap
     """
+    from planegrasp.cli.live_open import begin_foxglove, begin_view, open_outputs
     from planegrasp.cli.live_run import LiveRun
     from planegrasp.cli.live_status import StatusLine
     from planegrasp.cli.stopping import stop_on_signals
@@ -189,19 +179,22 @@ def live(
             detector = Detector(models)
         # Without a pace, waiting for the detector costs nothing but time.
         finder = stack.enter_context(Live(detector, task, LiveConfig(background=pace)))
-        view_of = _viewer(view, web, rrd, port, web_port, opens=open_browser)
-        shared = stack.enter_context(
-            foxglove_stream(
+        view_of = begin_view(view, web, rrd, port, web_port, opens=open_browser)
+        log_of = (
+            begin_foxglove(
+                stack,
                 models,
                 foxglove_address or ("" if foxglove else None),
+                log,
                 # A log has every image.
                 foxglove_config(log_color, image_rate if log is None else None),
+                wait=not pace,
             )
             if foxglove or foxglove_address or log
-            else nullcontext()
+            else None
         )
         stream = stack.enter_context(NewestFrame(opened, StreamConfig(pace=pace)))
-        outputs = _outputs(
+        outputs = open_outputs(
             stack,
             view_of(),
             models,
@@ -210,8 +203,8 @@ def live(
             frames=record_frames,
             wait=not pace,
         )
-        if shared is not None:
-            outputs.append(_foxglove(stack, shared, log, opened, wait=not pace))
+        if log_of is not None:
+            outputs.append(stack.enter_context(log_of(opened)))
         status = stack.enter_context(StatusLine())
         for note in stream.notes:
             status.event("note", note, "yellow")
@@ -225,82 +218,10 @@ def live(
     else:
         run.print_summary()
     if run.hangs:
-        # Rerun waits at the exit of the program for a viewer that is stuck, without end.
+        # Rerun at the exit of the program waits without end for a viewer that is stuck, and
+        # foxglove-sdk for its writer.
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(int(run.failed))
     if run.failed:
         raise typer.Exit(1)
-
-
-def _viewer(
-    view: bool, web: bool, rrd: Path | None, port: int, web_port: int, *, opens: bool
-) -> Callable[[], RerunStream | None]:
-    """Start the viewer that was asked for; a file is begun only when the result is called.
-
-    So what takes long is done before the first frame, and no file is left where no frame comes.
-    """
-    if not (view or web or rrd):
-        return lambda: None
-    # Rerun's core writes what it meets to standard error; here it becomes one message.
-    os.environ.setdefault("RUST_LOG", "off")
-    from planegrasp.viz.rerun_live_blueprint import live_blueprint
-    from planegrasp.viz.rerun_streams import to_browser, to_file, to_viewer
-
-    blueprint = live_blueprint()
-    if rrd is not None:
-        return lambda: to_file(rrd, blueprint)
-    if view:
-        viewer = to_viewer(blueprint, port)
-    else:
-        viewer = to_browser(blueprint, port, web_port, opens=opens)
-        messages().print(f"the viewer is at {viewer.url}", soft_wrap=True)
-    return lambda: viewer
-
-
-def _outputs(
-    stack: ExitStack,
-    viewer: RerunStream | None,
-    models: Sequence[ObjectModel],
-    *,
-    image_rate: float,
-    lines: Path | None,
-    frames: Path | None,
-    wait: bool,
-) -> list[Output]:
-    """All that take what is seen; the stack closes them."""
-    from planegrasp.cli.live_outputs import Record, Show
-    from planegrasp.io.recording import open_recorder
-    from planegrasp.io.sinks import LiveLinesWriter
-
-    outputs: list[Output] = []
-    if viewer is not None:
-        from planegrasp.viz.palette import object_colors
-        from planegrasp.viz.rerun_live import LiveRecording, LiveRecordingConfig
-
-        colors = object_colors(model.name for model in models)
-        recording = LiveRecording(viewer, colors, LiveRecordingConfig(image_rate=image_rate))
-        outputs.append(stack.enter_context(Show(recording, wait=wait)))
-    if lines is not None:
-        outputs.append(stack.enter_context(Record(LiveLinesWriter(lines), wait=wait)))
-    if frames is not None:
-        outputs.append(stack.enter_context(Record(open_recorder(frames), wait=wait)))
-    return outputs
-
-
-def _foxglove(
-    stack: ExitStack,
-    shared: FoxgloveStream,
-    log: Path | None,
-    source: Camera | FrameSource,
-    *,
-    wait: bool,
-) -> Output:
-    """What logs for Foxglove; a file is begun here."""
-    from planegrasp.cli.foxglove_output import FoxgloveOutput
-
-    if log is not None:
-        shared.log_to(log)
-    # A camera of ROS knows the stamps and frames of its images.
-    header_of = getattr(source, "header_of", None)
-    return stack.enter_context(FoxgloveOutput(shared, header_of, wait=wait))

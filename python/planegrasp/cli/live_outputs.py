@@ -29,6 +29,11 @@ class Output(Protocol):
     what: str
 
     @property
+    def is_recording(self) -> bool:
+        """Whether what it does not write is missing in the end."""
+        ...
+
+    @property
     def left_out(self) -> int:
         """Frames that came faster than they were written."""
         ...
@@ -59,6 +64,7 @@ class Show(ClosesAtEnd):
     """Shows the newest frame in Rerun; every frame where it may wait for it."""
 
     what = "the view"
+    is_recording = False
 
     def __init__(self, recording: LiveRecording, *, wait: bool) -> None:
         self._recording = recording
@@ -109,6 +115,8 @@ class Show(ClosesAtEnd):
 
 class Record(ClosesAtEnd):
     """Writes every frame, or what was seen in it."""
+
+    is_recording = True
 
     def __init__(self, writer: LiveLinesWriter | Recorder, *, wait: bool) -> None:
         self.what = f"the recording {writer.path}"

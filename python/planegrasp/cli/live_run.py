@@ -112,6 +112,9 @@ class LiveRun:
             if output.left_out:
                 text = f"{output.left_out} frames were too fast for {output.what}"
                 self._note("recording", text, _LOUD)
+            if output.hangs and output.is_recording:
+                self.failed = True
+                self._note("recording", f"{output.what} has no end: the disk hangs", _LOUD)
 
     @property
     def hangs(self) -> bool:

@@ -22,6 +22,7 @@ class Publish(ClosesAtEnd):
 
     what = "ROS 2"
     left_out = 0
+    is_recording = False
     hangs = False
 
     def __init__(

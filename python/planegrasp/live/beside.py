@@ -23,6 +23,7 @@ class Beside(ClosesAtEnd, Generic[Item]):
     error of the function it is not called any more, and items are ignored.
 
     Attributes:
+        waiting: so many items wait at most; whoever calls `put` may change it.
         left_out: how many items were left out.
         error: of the function, None where there was none.
     """
@@ -42,7 +43,7 @@ class Beside(ClosesAtEnd, Generic[Item]):
         Args:
             work: is called with one item after the other.
             close: is called at the end, also after an error; in the same thread.
-            waiting: so many items wait at most.
+            waiting: see the attribute.
             wait: whether `put` waits for room instead of leaving items out.
             close_timeout: how long `close` waits for the thread [s].
             name: of the thread.
@@ -50,7 +51,7 @@ class Beside(ClosesAtEnd, Generic[Item]):
         self.left_out = 0
         self.error: Exception | None = None
         self._work, self._end = work, close
-        self._most, self._wait, self._close_timeout = waiting, wait, close_timeout
+        self.waiting, self._wait, self._close_timeout = waiting, wait, close_timeout
         self._items: deque[Item] = deque()
         self._changed = threading.Condition()
         self._is_closed = False
@@ -69,10 +70,10 @@ class Beside(ClosesAtEnd, Generic[Item]):
         with self._changed:
             if self.error is not None or self._is_closed:
                 return
-            while self._wait and len(self._items) >= self._most and self.error is None:
+            while self._wait and len(self._items) >= self.waiting and self.error is None:
                 self._changed.wait()
             self._items.append(item)
-            if len(self._items) > self._most:
+            while len(self._items) > self.waiting:
                 self._items.popleft()
                 self.left_out += 1
             self._changed.notify_all()

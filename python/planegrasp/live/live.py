@@ -41,7 +41,8 @@ class LiveConfig:
         tracker: of the tracking.
         background: whether detection runs in a thread of its own while frames go by. Without it
             every frame waits for its detection: slower, and the same in every run.
-        rest: while nothing wanted is missed, a detector looks for everything so often [s].
+        rest: while nothing wanted is missed, a detector looks on so often [s], for `at_once` of all
+            objects at a time, in turn.
         urgent_for: something wanted that is not there is looked for without rest for so long after
             it was seen last, or after the task began [s].
         at_once: so many objects beside those wanted and missing in one pass of the detector.
@@ -206,14 +207,16 @@ class Live(ClosesAtEnd):
 
     def _names_to_find(self, time: float, task: Task) -> list[str]:
         """What to look for in the newest frame; nothing where no search is due."""
-        is_urgent = self._scheduler.is_urgent(self._tracker.tracks, task, time)
+        tracks = self._tracker.tracks
+        self._scheduler.saw(tracks, task, time)
+        is_urgent = self._scheduler.is_urgent(tracks, task, time)
         rests = self._searched is not None and 0.0 <= time - self._searched < self.config.rest
         if rests and not is_urgent:
             return []
         if self._search is None or not self._search.is_waiting:
             # The frame before was begun.
             self._scheduler.sought(self._offered)
-        names, self._unsought = self._scheduler.to_find(self._tracker.tracks, task)
+        names, self._unsought = self._scheduler.to_find(tracks, task)
         self._searched, self._offered = time, names
         return names
 

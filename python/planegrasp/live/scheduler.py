@@ -97,6 +97,23 @@ class Scheduler:
         now = set(names)
         self._turn.sort(key=lambda name: name in now)
 
+    def saw(self, tracks: Sequence[Track], task: Task, time: float) -> None:
+        """This is followed in the newest frame: what is wanted and missing is missed from now on.
+
+        Another task, and a clock that went back, begin anew.
+
+        Args:
+            tracks: what is followed.
+            task: what is wanted.
+            time: of the frame [s].
+        """
+        if task is not self._task or time < self._time:
+            self._last.clear()
+        self._task, self._time = task, time
+        self._last.update(dict.fromkeys(_seen(tracks), time))
+        for name in self.wanted(task):
+            self._last.setdefault(name, time)
+
     def is_urgent(self, tracks: Sequence[Track], task: Task, time: float) -> bool:
         """Whether something wanted is not seen, but was not long ago.
 
@@ -106,17 +123,11 @@ class Scheduler:
         Args:
             tracks: what is followed.
             task: what is wanted.
-            time: of the newest frame [s].
+            time: of the newest frame [s], which `saw` was told of.
         """
-        if task is not self._task or time < self._time:
-            self._last.clear()
-        self._task, self._time = task, time
         seen = _seen(tracks)
-        self._last.update(dict.fromkeys(seen, time))
-        missing = [name for name in self.wanted(task) if name not in seen]
-        # All of them: each is missed from now on.
-        since = [self._last.setdefault(name, time) for name in missing]
-        return any(time - last < self._urgent_for for last in since)
+        missing = (name for name in self.wanted(task) if name not in seen)
+        return any(time - self._last.get(name, time) < self._urgent_for for name in missing)
 
     def _urgency(self, track: Track, task: Task, rank: dict[str, int]) -> tuple[bool, float]:
         priorities = task.priorities or self._library

@@ -47,7 +47,7 @@ macro_rules! with_type {
     ($name:expr, $kind:ident => $work:expr) => {
         with_type!(@ $name, $kind => $work;
             "diagnostic_msgs/msg/DiagnosticArray" DiagnosticArray,
-            "geometry_msgs/msg/PoseArray" PoseArray,
+            "geometry_msgs/msg/PoseStamped" PoseStamped,
             "geometry_msgs/msg/PoseWithCovarianceStamped" PoseWithCovarianceStamped,
             "sensor_msgs/msg/CameraInfo" CameraInfo,
             "sensor_msgs/msg/CompressedImage" CompressedImage,
@@ -86,7 +86,7 @@ messages! {
     Vector3 { x: f64, y: f64, z: f64 }
     Quaternion { x: f64, y: f64, z: f64, w: f64 }
     Pose { position: Point, orientation: Quaternion }
-    PoseArray { header: Header, poses: Vec<Pose> }
+    PoseStamped { header: Header, pose: Pose }
     PoseWithCovariance { pose: Pose, covariance: Covariance }
     PoseWithCovarianceStamped { header: Header, pose: PoseWithCovariance }
     Transform { translation: Vector3, rotation: Quaternion }
@@ -181,7 +181,7 @@ stamped!(
     DiagnosticArray,
     Image,
     JointTrajectory,
-    PoseArray,
+    PoseStamped,
     PoseWithCovarianceStamped
 );
 

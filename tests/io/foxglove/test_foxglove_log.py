@@ -2,32 +2,19 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import fields, is_dataclass, replace
-
 import cv2
 import numpy as np
 import pytest
-from mcap_contents import chunks, contents, schemas
-from recorded_frames import frame
-from ros2_examples import HEADER, pose
+from foxglove_decoded import assert_equal, matrix, rotation, stamp_of
+from mcap_contents import contents, schemas
+from ros2_examples import plan
 
-from planegrasp.errors import InvalidInputError, RecordingError
-from planegrasp.geometry import RigidTransform, Rotation
-from planegrasp.io.foxglove import (
-    ColorFormat,
-    DetectionsLog,
-    FoxgloveConfig,
-    FoxgloveStream,
-    FoxgloveTopics,
-)
-from planegrasp.io.foxglove.documents import document_of, encoded, schema_of
+from planegrasp.geometry import RigidTransform
+from planegrasp.io.foxglove import FoxgloveStream, FoxgloveTopics
+from planegrasp.io.foxglove.documents import document_of, schema_of
 from planegrasp.io.messages import (
     DetectionsMessage,
-    FrameIds,
     GraspPlanMessage,
-    GraspRefusalMessage,
-    GraspVerdict,
     LibraryEvent,
     Stamp,
     TracksMessage,
@@ -58,21 +45,6 @@ def logged(watched, tmp_path_factory):
 
 def stamps(seen):
     return [Stamp.from_seconds(one.frame.timestamp) for one in seen]
-
-
-def stamp_of(message):
-    return Stamp(message.timestamp.seconds, message.timestamp.nanos)
-
-
-def matrix(message):
-    """4×4 of a protobuf pose."""
-    p, q = message.position, message.orientation
-    T = RigidTransform.from_components([p.x, p.y, p.z], rotation(q))
-    return T.as_matrix()
-
-
-def rotation(q):
-    return Rotation.from_quat([q.x, q.y, q.z, q.w])
 
 
 def test_topics_schemas_and_stamps(logged):
@@ -212,179 +184,6 @@ def test_all_messages_of_the_model_field_by_field(logged, watched):
     ]
 
 
-def assert_equal(document, message):
-    """The JSON says what the message says, member for member, nothing more."""
-    if is_dataclass(message):
-        assert list(document) == [one.name for one in fields(message)]
-        for one in fields(message):
-            assert_equal(document[one.name], getattr(message, one.name))
-    elif isinstance(message, tuple):
-        for item, value in zip(document, message, strict=True):
-            if not isinstance(value, tuple):
-                assert_equal(item, value)
-            elif isinstance(value[0], str):
-                assert (item["name"], item["value"]) == value
-            else:
-                assert tuple(item["values"]) == value
-    else:
-        assert document == message
-
-
-def plan(header):
-    verdict = GraspVerdict("side", True, "", 0.9, (("reach", 0.5), ("clearance", 0.02)))
-    return GraspPlanMessage(
-        header=header,
-        name="book",
-        grasp="side",
-        object_pose=pose(1),
-        gripper_pose=pose(2),
-        pregrasp_pose=pose(3),
-        opening=0.06,
-        force=40.0,
-        joints=("a", "b"),
-        move=((0.0, 1.0), (0.5, 1.5)),
-        reach=((0.5, 1.5), (0.6, 1.6)),
-        lift=((0.6, 1.6),),
-        verdicts=(verdict, replace(verdict, grasp="top", accepted=False, reason="too far")),
-    )
-
-
-def test_grasp_plans_and_refusals(tmp_path):
-    header = replace(HEADER, frame_id="base_link")
-    planned = plan(header)
-    refused = GraspRefusalMessage(header, "book", "out of reach", planned.verdicts[1:])
-    with FoxgloveStream() as stream:
-        stream.log_to(tmp_path / "run.mcap")
-        stream.grasp(planned)
-        stream.grasp(refused)
-    found = contents(tmp_path / "run.mcap")
-    ((time, document),) = found[TOPICS.grasp_plans]
-    assert time == header.stamp.total_nanoseconds
-    assert_equal(document, planned)
-    ((_, document),) = found[TOPICS.grasp_refusals]
-    assert_equal(document, refused)
-    (_, shown), (_, hidden) = found[TOPICS.grasp_scene]
-    (entity,) = shown.entities
-    assert (entity.id, entity.frame_id) == ("grasps/book", "base_link")
-    poses = [matrix(line.pose) for line in entity.lines]
-    np.testing.assert_allclose(poses[0], planned.gripper_pose.T.as_matrix(), atol=1e-12)
-    np.testing.assert_allclose(poses[2], planned.pregrasp_pose.T.as_matrix(), atol=1e-12)
-    fingers = [(p.x, p.y, p.z) for p in entity.lines[0].points]
-    assert fingers[0][1] - fingers[-1][1] == pytest.approx(0.06)
-    assert [one.id for one in hidden.deletions] == ["grasps/book"]
-    assert not hidden.entities
-    said = [message.message for _, message in found[TOPICS.events]]
-    assert said == ["grasp: book by 'side'", "no grasp of book: out of reach"]
-
-
-def test_what_is_gone_is_deleted(watched, tmp_path):
-    objects, _, seen = watched
-    gone = replace(seen[1], detections=(), tracks=())
-    with FoxgloveStream(objects) as stream:
-        stream.log_to(tmp_path / "run.mcap")
-        for one in (seen[0], gone, seen[2]):
-            stream.live(one)
-    updates = [message for _, message in contents(tmp_path / "run.mcap")[TOPICS.scene]]
-    assert [[e.id for e in update.entities] for update in updates] == [
-        [f"objects/{objects[0].name}"],
-        [],
-        [f"objects/{objects[0].name}"],
-    ]
-    assert [[e.id for e in update.deletions] for update in updates] == [
-        [],
-        [f"objects/{objects[0].name}"],
-        [],
-    ]
-
-
-def test_headers_of_the_source_and_a_moving_camera(watched, tmp_path):
-    _, _, seen = watched
-    T_base_camera = pose(7).T
-    with FoxgloveStream(ids=FrameIds(fixed="base_link")) as stream:
-        stream.log_to(tmp_path / "run.mcap")
-        stream.live(seen[0], HEADER, T_base_camera)
-        stream.live(seen[1], None, T_base_camera)
-    found = contents(tmp_path / "run.mcap")
-    assert found[TOPICS.color][0][0] == HEADER.stamp.total_nanoseconds
-    (_, theirs), (_, ours) = found[TOPICS.transforms]
-    chain = [(t.parent_frame_id, t.child_frame_id) for t in theirs.transforms]
-    assert chain[0] == ("base_link", OPTICAL), "their camera has a body of its own"
-    assert chain[1][0] == "base_link"
-    chain = [(t.parent_frame_id, t.child_frame_id) for t in ours.transforms]
-    assert chain[:2] == [("camera_link", OPTICAL), ("base_link", "camera_link")]
-    whole = np.eye(4)
-    for one in (ours.transforms[1], ours.transforms[0]):
-        p = one.translation
-        step = RigidTransform.from_components([p.x, p.y, p.z], rotation(one.rotation))
-        whole = whole @ step.as_matrix()
-    np.testing.assert_allclose(whole, T_base_camera.as_matrix(), atol=1e-12)
-
-
-def test_detections_without_tracks(watched, tmp_path):
-    objects, detector, seen = watched
-    found = detector.detect(seen[0].frame)
-    with DetectionsLog(tmp_path / "run.mcap", objects) as log:
-        log.write(seen[0].frame, found)
-    logged = contents(tmp_path / "run.mcap")
-    assert TOPICS.tracks not in logged
-    ((_, transforms),) = logged[TOPICS.transforms]
-    placed = transforms.transforms[1].translation
-    T = found[0].pose.T_camera_object
-    np.testing.assert_allclose([placed.x, placed.y, placed.z], T.translation, atol=1e-15)
-
-
-@pytest.mark.parametrize(("kind", "schema"), [("raw", "RawImage"), ("jpeg", "CompressedImage")])
-def test_formats_of_colour(tmp_path, kind, schema):
-    config = FoxgloveConfig(color=ColorFormat.named(kind), cloud_points=0)
-    with FoxgloveStream(config=config) as stream:
-        stream.log_to(tmp_path / "run.mcap")
-        stream.detections(frame(0), [])
-    assert schemas(tmp_path / "run.mcap")[TOPICS.color] == f"foxglove.{schema}"
-    found = contents(tmp_path / "run.mcap")
-    assert TOPICS.cloud not in found
-    ((_, image),) = found[TOPICS.color]
-    if kind == "raw":
-        assert (image.encoding, image.step, image.width, image.height) == ("rgb8", 24, 8, 6)
-        assert image.data == frame(0).color.tobytes()
-    else:
-        assert image.format == "jpeg"
-        assert image.data.startswith(b"\xff\xd8")
-
-
-def test_images_at_a_lower_rate(tmp_path):
-    with FoxgloveStream(config=FoxgloveConfig(image_rate=10)) as stream:
-        stream.log_to(tmp_path / "run.mcap")
-        for i in range(7):
-            stream.detections(frame(i), [])
-    found = contents(tmp_path / "run.mcap")
-    for topic in (TOPICS.color, TOPICS.depth, TOPICS.cloud):
-        assert len(found[topic]) == 3, "at 0, 1/10 and 2/10 s"
-    assert len(found[TOPICS.detections]) == 7
-    with FoxgloveStream(config=FoxgloveConfig(image_rate=0)) as stream:
-        stream.log_to(tmp_path / "none.mcap")
-        stream.detections(frame(0), [])
-    assert TOPICS.color not in contents(tmp_path / "none.mcap")
-
-
-def test_a_frame_is_a_chunk(tmp_path):
-    with FoxgloveStream() as stream:
-        log = stream.log_to(tmp_path / "run.mcap")
-        for i in range(5):
-            stream.detections(frame(i), [])
-            size = log.path.stat().st_size
-    assert log.frames == 5
-    ends = [end for _, end in chunks(tmp_path / "run.mcap")]
-    assert len(ends) == 5
-    assert ends[-1] <= size, "the last frame was on its way to the disk before the end"
-
-
-def test_values_that_are_not_finite_are_null(tmp_path):
-    verdict = GraspVerdict("side", False, "", float("nan"), (("reach", float("inf")),))
-    document = json.loads(encoded(verdict))
-    assert document["score"] is None
-    assert document["figures"] == [{"name": "reach", "value": None}]
-
-
 def test_schemas_are_of_the_kind_that_foxglove_reads(logged):
     """Its reader knows objects, lists of objects and of plain values, and plain values."""
     plain = {"number", "integer", "string", "boolean"}
@@ -411,35 +210,4 @@ def test_schemas_are_of_the_kind_that_foxglove_reads(logged):
     check(schema_of(DetectionsMessage), found[TOPICS.detections][0][1], "detections")
     check(schema_of(TracksMessage), found[TOPICS.tracks][0][1], "tracks")
     check(schema_of(LibraryEvent), found[TOPICS.library][0][1], "library")
-    check(schema_of(GraspPlanMessage), document_of(plan(HEADER)), "plan")
-
-
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [
-        ("run.bag", r"run\.bag names no MCAP file: give NAME\.mcap"),
-        ("there.mcap", r"there\.mcap exists already: give a new name"),
-        ("file/run.mcap", "cannot be written: File exists"),
-    ],
-)
-def test_files_that_cannot_be(tmp_path, name, message):
-    (tmp_path / "there.mcap").write_text("precious")
-    (tmp_path / "file").write_text("")
-    with FoxgloveStream() as stream, pytest.raises(RecordingError, match=message):
-        stream.log_to(tmp_path / name)
-    assert (tmp_path / "there.mcap").read_text() == "precious"
-
-
-@pytest.mark.parametrize(
-    ("values", "message"),
-    [
-        ({"jpeg_quality": 0}, r"the quality of JPEG is 1 … 100, got 0"),
-        ({"cloud_points": -1}, r"a cloud has ≥ 0 points, got -1"),
-        ({"image_rate": -1.0}, r"from 0 to 1000 Hz, got -1"),
-    ],
-)
-def test_settings_that_cannot_be(values, message):
-    with pytest.raises(InvalidInputError, match=message):
-        FoxgloveConfig(**values)
-    with pytest.raises(InvalidInputError, match="one of png, jpeg, raw, got 'gif'"):
-        ColorFormat.named("gif")
+    check(schema_of(GraspPlanMessage), document_of(plan()), "plan")

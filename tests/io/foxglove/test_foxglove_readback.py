@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import foxglove
 import numpy as np
 import pytest
+from foxglove.channels import CameraCalibrationChannel, RawImageChannel
+from foxglove.messages import CameraCalibration, RawImage
 from mcap_contents import contents
 from recorded_frames import CAMERA, assert_same, frame
 
@@ -15,6 +18,7 @@ from planegrasp.io.sinks.as_dict import frame_to_dict
 from planegrasp.io.sources import RecordingTopics, open_source
 from planegrasp.live import Live, LiveConfig
 
+SMALL = PinholeCamera(2, 2, 1.0, 1.0, 0.5, 0.5)
 EXACT = [ColorFormat.PNG, ColorFormat.RAW]
 
 
@@ -125,10 +129,6 @@ def test_topics_that_are_named(tmp_path):
 
 
 def test_a_camera_that_is_not_calibrated(tmp_path):
-    import foxglove
-    from foxglove.channels import CameraCalibrationChannel, RawImageChannel
-    from foxglove.messages import CameraCalibration, RawImage
-
     context = foxglove.Context()
     with foxglove.open_mcap(tmp_path / "run.mcap", context=context):
         RawImageChannel("/image", context=context).log(
@@ -139,24 +139,58 @@ def test_a_camera_that_is_not_calibrated(tmp_path):
         )
     with pytest.raises(CameraError, match=r"/calibration: its camera_info is not calibrated"):
         open_source(tmp_path / "run.mcap")
-    source = open_source(tmp_path / "run.mcap", camera=PinholeCamera(2, 2, 1.0, 1.0, 0.5, 0.5))
+    source = open_source(tmp_path / "run.mcap", camera=SMALL)
     (one,) = source
     assert (one.timestamp, one.color.tolist()) == (5e-9, np.zeros((2, 2, 3)).tolist())
 
 
 def test_an_unknown_encoding(tmp_path):
-    import foxglove
-    from foxglove.channels import RawImageChannel
-    from foxglove.messages import RawImage
-
     context = foxglove.Context()
     with foxglove.open_mcap(tmp_path / "run.mcap", context=context):
         RawImageChannel("/image", context=context).log(
             RawImage(width=2, height=2, encoding="yuv422", step=4, data=bytes(8)), log_time=5
         )
-    source = open_source(tmp_path / "run.mcap", camera=PinholeCamera(2, 2, 1.0, 1.0, 0.5, 0.5))
+    source = open_source(tmp_path / "run.mcap", camera=SMALL)
     with pytest.raises(SourceError, match=r"frame 0, /image: its encoding 'yuv422' is none of"):
         list(source)
+
+
+def write_json_images(path, *, beside=()):
+    """Foxglove's images in JSON, as its schemas allow; frames in protobuf beside them."""
+    context = foxglove.Context()
+    with foxglove.open_mcap(path, context=context):
+        schema = foxglove.Schema(
+            name="foxglove.RawImage", encoding="jsonschema", data=b'{"type": "object"}'
+        )
+        foxglove.Channel(
+            "/json/color", schema=schema, message_encoding="json", context=context
+        ).log({"width": 2}, log_time=5)
+        for topic in beside:
+            RawImageChannel(topic, context=context).log(
+                RawImage(width=2, height=2, encoding="mono8", step=2, data=bytes(4)), log_time=5
+            )
+
+
+def test_images_in_json_are_refused_by_name(tmp_path):
+    path = tmp_path / "run.mcap"
+    write_json_images(path)
+    listed = r"/json/color \(foxglove.RawImage as json\)"
+    with pytest.raises(SourceError, match=f"there is no colour image .*{listed}"):
+        open_source(path, camera=SMALL)
+    with pytest.raises(SourceError, match=f"no topic '/json/color' for color.*{listed}"):
+        open_source(path, camera=SMALL, topics=RecordingTopics("/json/color"))
+
+
+def test_images_in_json_beside_others(tmp_path):
+    write_json_images(tmp_path / "run.mcap", beside=["/image"])
+    source = open_source(tmp_path / "run.mcap", camera=SMALL)
+    assert (source.length, len(list(source))) == (1, 1)
+
+
+def test_one_topic_in_two_encodings(tmp_path):
+    write_json_images(tmp_path / "run.mcap", beside=["/json/color"])
+    with pytest.raises(SourceError, match=r"/json/color has messages of foxglove.RawImage as json"):
+        list(open_source(tmp_path / "run.mcap", camera=SMALL))
 
 
 def test_a_log_without_images(tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 pytest.importorskip("cyclonedds")
@@ -11,7 +12,7 @@ from ros2_examples import HEADER, plan, refusal
 from planegrasp.errors import InvalidInputError
 from planegrasp.io.ros2 import GraspTopics
 from planegrasp.io.ros2.dds import dds_type
-from planegrasp.io.ros2.grasp_conversions import joint_trajectory, verdicts_array
+from planegrasp.io.ros2.grasp_conversions import grasp_pose, joint_trajectory, verdicts_array
 
 
 def values(status):
@@ -43,7 +44,18 @@ def test_path():
     assert all(p.velocities == [] and p.time_from_start.sec == 0 for p in message.points)
 
 
+def test_poses():
+    message = grasp_pose(dds_type, HEADER, plan().gripper_pose)
+    p, q = message.pose.position, message.pose.orientation
+    assert (p.x, p.y, p.z) == plan().gripper_pose.position
+    assert (q.x, q.y, q.z, q.w) == plan().gripper_pose.orientation
+    none = grasp_pose(dds_type, HEADER, None).pose
+    q = none.orientation
+    assert np.isnan([none.position.x, none.position.y, none.position.z, q.x, q.y, q.z, q.w]).all()
+
+
 def test_topics():
+    assert GraspTopics().pose("pregrasp") == "/planegrasp/grasp/pregrasp_pose"
     assert GraspTopics("/arm").path("lift") == "/arm/lift"
     with pytest.raises(InvalidInputError, match="'arm' is no name of a ROS topic"):
         GraspTopics("arm")

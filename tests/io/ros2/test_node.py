@@ -127,6 +127,16 @@ def test_no_network_interface_at_all():
     assert lines == [f"DDS cannot use {one}{ending}" for one in wanted]
 
 
+def test_another_reason_than_the_network(domain, monkeypatch):
+    monkeypatch.setenv("CYCLONEDDS_URI", "<CycloneDDS><nonsense/></CycloneDDS>")
+    with pytest.raises(
+        NetworkError,
+        match=r"any network interface in domain \d+, with the configuration that CYCLONEDDS_URI "
+        r"names: \[DDS_RETCODE_ERROR\] .*DomainParticipant$",
+    ):
+        DdsNode(DdsConfig(domain, "auto"))
+
+
 def test_interface_by_name(domain):
     with DdsNode(DdsConfig(domain, "lo")) as one:
         assert one.published() == {}

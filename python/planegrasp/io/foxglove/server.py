@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ipaddress
+import re
+import socket
 from typing import NamedTuple
 
 import foxglove
@@ -16,6 +18,9 @@ HOST, PORT = "127.0.0.1", 8765
 """Where the Foxglove app looks by itself."""
 
 _BACKLOG = 128  # messages that wait for a slow client: a dozen frames, some 20 MB
+
+_LAST_PORT = 65535
+_ADDRESS = re.compile(r"(\[(?P<ipv6>[^]]*:[^]]*)\]|(?P<name>[^][:\s]*))(:(?P<port>[0-9]{1,5}))?")
 
 
 class ServerAddress(NamedTuple):
@@ -31,30 +36,29 @@ class ServerAddress(NamedTuple):
 
     @classmethod
     def parsed(cls, text: str) -> ServerAddress:
-        """HOST:PORT, HOST, :PORT, PORT or nothing; brackets are around an IPv6 address with a port.
+        """HOST:PORT, HOST, :PORT, PORT or nothing; an IPv6 address before a port is in brackets.
 
         Raises:
             InvalidInputError: it is none of these.
         """
-        host, colon, port = text.rpartition(":")
-        if not colon and text.isdecimal():
-            host, port = "", text
-        elif not colon or (":" in host and not host.startswith("[")):
-            host, port = text, ""
-        if (port and not (port.isdecimal() and int(port) <= 65535)) or text.endswith(":"):
+        if _ip(text) is not None:
+            return cls(text)
+        if text.isdecimal():
+            text = f":{text}"
+        parts = _ADDRESS.fullmatch(text)
+        is_address = parts is not None and (parts["ipv6"] is None or _ip(parts["ipv6"]) is not None)
+        if parts is None or not is_address or int(parts["port"] or 0) > _LAST_PORT:
             raise InvalidInputError(
-                f"an address is HOST:PORT with a port from 0 to 65535, for example "
-                f"{HOST}:{PORT}, got {text!r}"
+                f"an address is HOST:PORT with a port from 0 to {_LAST_PORT}, for example "
+                f"{HOST}:{PORT} or [::1]:{PORT}, got {text!r}"
             )
-        return cls(host.strip("[]") or HOST, int(port) if port else PORT)
+        return cls(parts["ipv6"] or parts["name"] or HOST, int(parts["port"] or PORT))
 
     @property
     def is_on_network(self) -> bool:
         """Whether others than this computer can connect."""
-        try:
-            return not ipaddress.ip_address(self.host).is_loopback
-        except ValueError:
-            return self.host != "localhost"
+        ip = _ip(self.host)
+        return self.host != "localhost" if ip is None else not ip.is_loopback
 
 
 class FoxgloveServer(ClosesAtEnd):
@@ -96,8 +100,11 @@ class FoxgloveServer(ClosesAtEnd):
 
     @property
     def url(self) -> str:
-        """What to give the Foxglove app."""
+        """What to give the Foxglove app; this computer's name where it listens at any address."""
         host, port = self.address
+        ip = _ip(host)
+        if ip is not None and ip.is_unspecified:
+            host = socket.gethostname()
         return f"ws://[{host}]:{port}" if ":" in host else f"ws://{host}:{port}"
 
     def close(self) -> None:
@@ -105,3 +112,11 @@ class FoxgloveServer(ClosesAtEnd):
         if not self._is_closed:
             self._is_closed = True
             self._server.stop()
+
+
+def _ip(text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
+    """The address; None for a host that has a name."""
+    try:
+        return ipaddress.ip_address(text)
+    except ValueError:
+        return None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from foxglove.messages import FrameTransform, FrameTransforms, SceneUpdate
+from foxglove.messages import FrameTransform, FrameTransforms, SceneEntity, SceneUpdate
 
 from planegrasp.io.foxglove.scenes import deletions, grasp_entity, object_entity, placed_objects
 from planegrasp.io.foxglove.values import transform
@@ -38,6 +38,7 @@ class Space:
     def __init__(self, channels: Channels, ids: FrameIds, colors: Mapping[str, RGB]) -> None:
         self._channels, self._ids, self._colors = channels, ids, colors
         self._shown: frozenset[str] = frozenset()
+        self._grasps: dict[str, SceneEntity] = {}
 
     def log(
         self,
@@ -48,8 +49,8 @@ class Space:
     ) -> None:
         """Log what is known after a frame.
 
-        All transforms come with every frame: whoever connects late, or looks at a part of a file,
-        has them.
+        All transforms, and the grasps that hold, come with every frame: whoever connects late, or
+        looks at a part of a file, has them.
 
         Args:
             detections: of the frame.
@@ -69,13 +70,19 @@ class Space:
         )
         self._channels.scene.log(update, log_time=time)
         self._shown = shown
+        if self._grasps:
+            held = SceneUpdate(entities=list(self._grasps.values()))
+            self._channels.grasp_scene.log(held, log_time=time)
 
     def grasp(self, message: GraspPlanMessage | GraspRefusalMessage) -> None:
-        """Log the gripper where a plan puts it; after a refusal there is none."""
+        """Log the gripper where a plan puts it, from now on; after a refusal there is none."""
         entity = f"grasps/{message.name}"
         if isinstance(message, GraspPlanMessage):
-            update = SceneUpdate(entities=[grasp_entity(message, entity, self._colors)])
+            planned = grasp_entity(message, entity, self._colors)
+            self._grasps[message.name] = planned
+            update = SceneUpdate(entities=[planned])
         else:
+            self._grasps.pop(message.name, None)
             update = SceneUpdate(deletions=deletions(message.header.stamp, [entity]))
         time = message.header.stamp.total_nanoseconds
         self._channels.grasp_scene.log(update, log_time=time)

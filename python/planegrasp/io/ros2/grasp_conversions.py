@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from planegrasp.io.messages.grasps import GraspPlanMessage
+from planegrasp.io.messages.pose import Pose
 from planegrasp.io.ros2.conversions import header_message, pose_message
 
 if TYPE_CHECKING:
@@ -14,11 +16,11 @@ if TYPE_CHECKING:
 
     from planegrasp.io.messages.grasps import GraspRefusalMessage, GraspVerdict
     from planegrasp.io.messages.header import Header
-    from planegrasp.io.messages.pose import Pose
     from planegrasp.io.ros2.transport import MessageTypes
 
-__all__ = ["joint_trajectory", "pose_array", "verdicts_array"]
+__all__ = ["grasp_pose", "joint_trajectory", "verdicts_array"]
 
+_NO_POSE = Pose((math.nan,) * 3, (math.nan,) * 4)
 # Of diagnostic_msgs/DiagnosticStatus.
 _OK, _ERROR = 0, 2
 
@@ -53,11 +55,13 @@ def joint_trajectory(
     )
 
 
-def pose_array(types: MessageTypes, header: Header, poses: Sequence[Pose]) -> Any:
-    """geometry_msgs/PoseArray."""
-    return types("geometry_msgs/msg/PoseArray")(
-        header=header_message(types, header),
-        poses=[pose_message(types, pose) for pose in poses],
+def grasp_pose(types: MessageTypes, header: Header, pose: Pose | None) -> Any:
+    """geometry_msgs/PoseStamped; all of it NaN where there is no pose.
+
+    NaN and not zeros: RViz and tf2 refuse it, where zeros could be taken for the frame's origin.
+    """
+    return types("geometry_msgs/msg/PoseStamped")(
+        header=header_message(types, header), pose=pose_message(types, pose or _NO_POSE)
     )
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from planegrasp.closing import ClosesAtEnd
 from planegrasp.io.messages.grasps import GraspPlanMessage
-from planegrasp.io.ros2.grasp_conversions import joint_trajectory, pose_array, verdicts_array
+from planegrasp.io.ros2.grasp_conversions import grasp_pose, joint_trajectory, verdicts_array
 from planegrasp.io.ros2.names import check_topic
 from planegrasp.io.ros2.profiles import LATEST
 
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 __all__ = ["GraspPublisher", "GraspTopics"]
 
 _PATHS = ("move", "reach", "lift")
+# Names of poses in topics and in the message of a plan.
+_POSES = {"pregrasp": "pregrasp_pose", "grasp": "gripper_pose", "object": "object_pose"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,10 +42,9 @@ class GraspTopics:
         """trajectory_msgs/JointTrajectory of the plan's "move", "reach" or "lift"."""
         return f"{self.namespace}/{part}"
 
-    @property
-    def poses(self) -> str:
-        """geometry_msgs/PoseArray: of the gripper before the grasp and at it, of the object."""
-        return f"{self.namespace}/poses"
+    def pose(self, part: str) -> str:
+        """geometry_msgs/PoseStamped of "object", or of the gripper at the "pregrasp" or "grasp"."""
+        return f"{self.namespace}/{part}_pose"
 
     @property
     def verdicts(self) -> str:
@@ -54,9 +55,9 @@ class GraspTopics:
 class GraspPublisher(ClosesAtEnd):
     """Publishes plans and refusals on the topics of `GraspTopics`.
 
-    Each topic keeps its last message for those that come later. A refusal empties the paths and the
-    poses: nobody is left with the plan before. All messages of one answer have the same header, by
-    which they belong together.
+    Each topic keeps its last message for those that come later. A refusal empties the paths and
+    makes the poses NaN: nobody is left with the plan before. All messages of one answer have the
+    same header, by which they belong together.
     """
 
     def __init__(self, node: Transport, topics: GraspTopics | None = None) -> None:
@@ -72,7 +73,10 @@ class GraspPublisher(ClosesAtEnd):
             part: node.writer(topics.path(part), "trajectory_msgs/msg/JointTrajectory", LATEST)
             for part in _PATHS
         }
-        self._poses = node.writer(topics.poses, "geometry_msgs/msg/PoseArray", LATEST)
+        self._poses = {
+            part: node.writer(topics.pose(part), "geometry_msgs/msg/PoseStamped", LATEST)
+            for part in _POSES
+        }
         self._verdicts = node.writer(topics.verdicts, "diagnostic_msgs/msg/DiagnosticArray", LATEST)
 
     def publish(self, message: GraspPlanMessage | GraspRefusalMessage) -> None:
@@ -82,11 +86,12 @@ class GraspPublisher(ClosesAtEnd):
         for part, writer in self._paths.items():
             joints, path = (plan.joints, getattr(plan, part)) if plan else ((), ())
             writer.write(joint_trajectory(types, header, joints, path))
-        poses = (plan.pregrasp_pose, plan.gripper_pose, plan.object_pose) if plan else ()
-        self._poses.write(pose_array(types, header, poses))
+        for part, writer in self._poses.items():
+            pose = getattr(plan, _POSES[part]) if plan else None
+            writer.write(grasp_pose(types, header, pose))
         self._verdicts.write(verdicts_array(types, message))
 
     def close(self) -> None:
         """End what was announced."""
-        for writer in (*self._paths.values(), self._poses, self._verdicts):
+        for writer in (*self._paths.values(), *self._poses.values(), self._verdicts):
             writer.close()

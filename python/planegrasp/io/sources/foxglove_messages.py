@@ -24,7 +24,9 @@ if TYPE_CHECKING:
 
     from mcap.records import Schema
 
-__all__ = ["FoxgloveMessage", "FoxgloveTypes"]
+__all__ = ["FOXGLOVE_TYPES", "PROTOBUF", "FoxgloveMessage", "FoxgloveTypes"]
+
+PROTOBUF = "protobuf"  # the only encoding of these messages that is read
 
 
 class FoxgloveTypes:
@@ -34,7 +36,7 @@ class FoxgloveTypes:
         self._factory = DecoderFactory()
 
     def decoder(self, encoding: str, schema: Schema) -> Callable[[bytes], Any] | None:
-        """What decodes a message of a schema; None where it is none of Foxglove's.
+        """What decodes a message; None where it is none of Foxglove's, or not in protobuf.
 
         Raises:
             SourceError: the schema is damaged.
@@ -127,3 +129,4 @@ _CONVERSIONS: dict[str, Callable[[Any], Any]] = {
     "foxglove.CompressedImage": _compressed,
     "foxglove.CameraCalibration": _calibration,
 }
+FOXGLOVE_TYPES = frozenset(_CONVERSIONS)

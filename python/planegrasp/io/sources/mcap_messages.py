@@ -6,7 +6,12 @@ import struct
 from typing import TYPE_CHECKING, BinaryIO, cast
 
 from planegrasp.errors import MissingExtraError, SourceError
-from planegrasp.io.sources.foxglove_messages import FoxgloveMessage, FoxgloveTypes
+from planegrasp.io.sources.foxglove_messages import (
+    FOXGLOVE_TYPES,
+    PROTOBUF,
+    FoxgloveMessage,
+    FoxgloveTypes,
+)
 from planegrasp.io.sources.ros_messages import RawMessage, RecordedMessage
 
 try:
@@ -70,8 +75,12 @@ class McapFiles:
                     yield RawMessage(channel.topic, stamp, schema.name, message.data, is_ros1)
                     continue
                 decode = types.decoder(channel.message_encoding, schema)
-                if decode is not None:
-                    yield FoxgloveMessage(channel.topic, stamp, schema.name, message.data, decode)
+                if decode is None:
+                    raise SourceError(
+                        f"{path}: {channel.topic} has messages of {_type(channel, schema)}, which "
+                        f"are not read"
+                    )
+                yield FoxgloveMessage(channel.topic, stamp, schema.name, message.data, decode)
 
     def _scan(self, path: Path) -> None:
         first: int | None = None
@@ -83,16 +92,25 @@ class McapFiles:
             last = message.log_time
         if records.is_finished:
             return
-        self.cut_off = f"{path.name} was cut off when it was recorded: it ends "
+        end = "it has no whole message"
         if first is not None:
             whole, rest = divmod(last, 10**9)
-            self.cut_off += f"after {(last - first) / 1e9:.1f} s at {whole}.{rest:09d}, "
-        self.cut_off += f"whole up to byte {records.end} of {path.stat().st_size}"
+            end = f"it ends after {(last - first) / 1e9:.1f} s at log time {whole}.{rest:09d}"
+        self.cut_off = (
+            f"{path.name} was cut off when it was recorded: {end}, and is whole up to byte "
+            f"{records.end} of {path.stat().st_size}"
+        )
 
     def _add(self, channel: Channel, schema: Schema | None, count: int) -> None:
-        name = "" if schema is None else schema.name
-        self.types[channel.topic] = name
+        self.types[channel.topic] = "" if schema is None else _type(channel, schema)
         self.counts[channel.topic] = self.counts.get(channel.topic, 0) + count
+
+
+def _type(channel: Channel, schema: Schema) -> str:
+    """The type of messages; one whose encoding is not read is no known type, and names it."""
+    encoding = channel.message_encoding
+    is_read = encoding == PROTOBUF if schema.name in FOXGLOVE_TYPES else encoding in _ENCODINGS
+    return schema.name if is_read else f"{schema.name} as {encoding}"
 
 
 class _Records:

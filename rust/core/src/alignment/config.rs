@@ -21,7 +21,8 @@ pub struct AlignmentConfig {
     /// At most so many iterations on one rendering.
     pub max_iterations: usize,
     /// At most so many times the reference is rendered, each by the homography found on the one
-    /// before: interpolating the frame at fractions of a pixel blurs and shifts it a little.
+    /// before: interpolating the frame at fractions of a pixel blurs and shifts it a little. At
+    /// least 2.
     pub renderings: usize,
 }
 

@@ -38,6 +38,8 @@ def message_from_json(kind: Any, value: Any) -> Any:
     if not about:
         return value
     element = getattr(about[0], "subtype", None)
+    if element is None and value is None:
+        return float("nan")  # which JSON does not have
     if element is None:
         return float(np.float32(value)) if about[0] == "float32" else value
     if isinstance(value, str):

@@ -1,4 +1,4 @@
-"""Messages of trajectory_msgs and diagnostic_msgs, and geometry_msgs/PoseArray, as DDS types."""
+"""Messages of trajectory_msgs and diagnostic_msgs, and geometry_msgs/PoseStamped, as DDS types."""
 
 # No `from __future__ import annotations`: cyclonedds reads the annotations when a class is made.
 
@@ -13,11 +13,11 @@ from planegrasp.io.ros2.dds.idl_common import Duration, Header, Pose, numbers
 
 @dataclass
 @final
-class PoseArray(IdlStruct, typename="geometry_msgs::msg::dds_::PoseArray_"):
-    """geometry_msgs/PoseArray."""
+class PoseStamped(IdlStruct, typename="geometry_msgs::msg::dds_::PoseStamped_"):
+    """geometry_msgs/PoseStamped."""
 
     header: Header
-    poses: sequence[Pose]
+    pose: Pose
 
 
 @dataclass

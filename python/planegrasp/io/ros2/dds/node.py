@@ -56,7 +56,8 @@ class DdsNode(ClosesAtEnd):
         """Enter the domain.
 
         Raises:
-            NetworkError: there is no such network interface, or none that can be used.
+            NetworkError: there is no such network interface, or none that can be used; or DDS gives
+                another reason, which the message has.
         """
         self.config = config or DdsConfig()
         self.where = f"domain {self.config.domain}"
@@ -71,7 +72,7 @@ class DdsNode(ClosesAtEnd):
             self._participant: Any = DomainParticipant(self.config.domain)
         except DDSException as error:
             self._domain = None
-            raise NetworkError(_no_network(self.config)) from error
+            raise NetworkError(_no_network(self.config, error)) from error
         self._endpoints: Any = BuiltinDataReader(self._participant, BuiltinTopicDcpsPublication)
 
     @property
@@ -230,11 +231,20 @@ def _unsigned(handle: int) -> int:
     return handle % 2**64
 
 
-def _no_network(config: DdsConfig) -> str:
+def _no_network(config: DdsConfig, error: DDSException) -> str:
     """Why a domain cannot be entered, and what would help."""
     names = {"": "the loopback interface", "auto": "any network interface"}
     wanted = names.get(config.network, f"the network interface {config.network!r}")
-    up = ", ".join(interfaces())
-    help_ = f"name one that is up ({up})" if up else "none is up, not even lo (ip link set lo up)"
+    cannot = f"DDS cannot use {wanted} in domain {config.domain}"
+    up = interfaces()
+    is_up = {"": any(name.startswith("lo") for name in up), "auto": bool(up)}
+    if is_up.get(config.network, config.network in up):
+        given = "" if config.xml else ", with the configuration that CYCLONEDDS_URI names"
+        return f"{cannot}{given}: {error}"
+    help_ = (
+        f"name one that is up ({', '.join(up)})"
+        if up
+        else "none is up, not even lo (ip link set lo up)"
+    )
     here = ", or none to stay on this computer" if up and config.network else ""
-    return f"DDS cannot use {wanted} in domain {config.domain}: {help_}{here}"
+    return f"{cannot}: {help_}{here}"
