@@ -62,8 +62,8 @@ class IdealArm:
 
     def _follow(self):
         if self.time < self.stuck_from:
-            told = np.searchsorted(self.given, self.time - self.lag, side="right") - 1
-            self.state = self.robot.with_arm(self.state, self.commands[max(told, 0)])
+            told = np.searchsorted(self.given, self.time - self.lag, side="right")
+            self.state = self.robot.with_arm(self.state, self.commands[max(told, 1) - 1])
 
 
 class ScriptedEyes:

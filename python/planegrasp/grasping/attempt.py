@@ -144,10 +144,9 @@ class Attempt:
 
     @cached_property
     def _movers(self) -> tuple[CollisionChecker, ...]:
-        """With the margin of fast motion; first with that near what moves, where something does."""
+        """With the room that a fast arm uses up in its curves, if there is such a way, and without."""
         margin = self._config.margin
-        wider = max(margin, self._config.moving_margin)
-        return tuple(map(self._checks, (wider, margin) if self._leaving else (margin,)))
+        return tuple(map(self._checks, (max(margin, self._config.wide_margin), margin)))
 
     def _aside(
         self,

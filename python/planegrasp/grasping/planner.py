@@ -51,8 +51,9 @@ class PlannerConfig:
         rotation_sigma: largest standard deviation of its rotation [rad].
         need_depth: refuse poses that no depth took part in.
         fit: least probability that the object lies between the open fingers.
-        margin: that the robot keeps from everything on its way to the pre-grasp [m].
-        moving_margin: the same where what holds the object moves, if there is such a way [m].
+        margin: that the robot keeps from everything on its way to the pre-grasp, at least [m].
+        wide_margin: that it keeps if there is such a way: fast arms cut corners, and people move
+            [m].
         room: distance from what holds the object, and moves, from which on a grasp is none the
             better for more [m].
         sidestep: by how much a grasp that is close to a person's hand may be moved along the
@@ -73,7 +74,7 @@ class PlannerConfig:
     need_depth: bool = True
     fit: float = 0.7
     margin: float = 0.005
-    moving_margin: float = 0.03
+    wide_margin: float = 0.03
     room: float = 0.10
     sidestep: float = 0.015
     close_margin: float = 0.001
