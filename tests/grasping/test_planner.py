@@ -396,7 +396,7 @@ def test_the_grasp_with_more_room_to_a_person_is_preferred(pr2, carton_model, be
     assert planner.plan_at(only, before_pr2, scene=scene, leaving=("hand",))
 
 
-def test_the_way_past_what_moves_keeps_more_room(pr2, carton_model, before_pr2, side_plan):
+def test_a_way_with_room_is_preferred(pr2, carton_model, before_pr2, side_plan):
     model = with_grasps(carton_model, "side")
     # Above the gripper in the middle of the way that it would take.
     middle = gripper_at(pr2, side_plan.move.q[len(side_plan.move.q) // 2])
@@ -409,7 +409,9 @@ def test_the_way_past_what_moves_keeps_more_room(pr2, carton_model, before_pr2, 
         return all(wide.check(q, plan.opening) is None for q in plan.move.q)
 
     planner, scene = GraspPlanner(pr2), Scene((hand,))
-    assert not is_roomy(planner.plan_at(model, before_pr2, scene=scene))
+    narrow = GraspPlanner(pr2, PlannerConfig(wide_margin=0.0))
+    assert not is_roomy(narrow.plan_at(model, before_pr2, scene=scene))
+    assert is_roomy(planner.plan_at(model, before_pr2, scene=scene))
     assert is_roomy(planner.plan_at(model, before_pr2, scene=scene, leaving=("hand",)))
     # Where the pre-grasp itself is nearer, the usual margin does.
     beside = RigidTransform.from_translation([-0.02, 0.0, 0.06])
