@@ -144,7 +144,7 @@ class Attempt:
 
     @cached_property
     def _movers(self) -> tuple[CollisionChecker, ...]:
-        """With the room that a fast arm uses up in its curves, if there is such a way, and without."""
+        """With the room that a fast arm uses up in curves, if there is such a way, and without."""
         margin = self._config.margin
         return tuple(map(self._checks, (max(margin, self._config.wide_margin), margin)))
 
