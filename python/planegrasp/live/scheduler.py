@@ -19,7 +19,7 @@ _FIRST_GUESS = 0.002
 # Weight of the newest measurement in the running mean.
 _NEWEST = 0.1
 # While something wanted is missing, so many objects that are tracked are looked for in one pass.
-_TRACKED_TOO = 2
+_TRACKED_TOO = 1
 
 
 class Scheduler:
