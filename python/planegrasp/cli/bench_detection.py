@@ -14,6 +14,7 @@ from planegrasp.cli.bench_options import (
     PlotOption,
     QuickOption,
     SeedOption,
+    chosen,
     measure,
     names,
 )
@@ -41,11 +42,8 @@ def tilt(
     """Recall against out-of-plane rotation for each extractor (the paper's Table I), and its ε."""
     from planegrasp.bench import tilt as bench
 
-    settings = bench.TiltSettings.quick() if quick else bench.TiltSettings()
-    if frames:
-        settings = replace(settings, frames=frames)
-    if extractors is not None:
-        settings = replace(settings, extractors=names(extractors, tuple(bench.EXTRACTORS)))
+    compared = names(extractors, tuple(bench.EXTRACTORS)) if extractors is not None else None
+    settings = chosen(bench.TiltSettings, quick=quick, frames=frames, extractors=compared)
     measure(lambda advance: bench.run(seed, settings, advance), settings.steps, json_file, plot)
 
 
@@ -60,9 +58,7 @@ def objects(
     """Detection time for 1 … 6 objects (the paper's Table II), then for larger libraries."""
     from planegrasp.bench import objects as bench
 
-    settings = bench.ObjectsSettings.quick() if quick else bench.ObjectsSettings()
-    if frames:
-        settings = replace(settings, frames=frames)
+    settings = chosen(bench.ObjectsSettings, quick=quick, frames=frames)
     measure(lambda advance: bench.run(seed, settings, advance), settings.steps, json_file, plot)
 
 
@@ -76,9 +72,7 @@ def speed(
     """Time per stage and per frame against OpenCV's SIFT, FLANN and RANSAC; one thread and all."""
     from planegrasp.bench import speed as bench
 
-    settings = bench.SpeedSettings.quick() if quick else bench.SpeedSettings()
-    if frames:
-        settings = replace(settings, frames=frames)
+    settings = chosen(bench.SpeedSettings, quick=quick, frames=frames)
     measure(lambda advance: bench.run(seed, settings, advance), settings.steps, json_file)
 
 
@@ -93,9 +87,7 @@ def pose(
     """Pose error against tilt, distance and occlusion, and that of a marker of the same size."""
     from planegrasp.bench import pose as bench
 
-    settings = bench.PoseSettings.quick() if quick else bench.PoseSettings()
-    if frames:
-        settings = replace(settings, frames=frames)
+    settings = chosen(bench.PoseSettings, quick=quick, frames=frames)
     measure(lambda advance: bench.run(seed, settings, advance), settings.steps, json_file, plot)
 
 
@@ -119,11 +111,10 @@ def negatives(
     from planegrasp.bench import negatives as bench
     from planegrasp.features import make_extractor
 
-    settings = bench.NegativesSettings.quick() if quick else bench.NegativesSettings()
     make_extractor(extractor)  # an unknown one is refused before anything is measured
-    settings = replace(settings, data=data, extractor=extractor)
-    if frames:
-        settings = replace(settings, frames=frames)
+    settings = chosen(
+        bench.NegativesSettings, quick=quick, data=data, extractor=extractor, frames=frames
+    )
     measure(lambda advance: bench.run(seed, settings, advance), settings.steps, json_file)
 
 
@@ -171,7 +162,5 @@ def estimators(
     """Robust homography estimators of OpenCV, PoseLib and kornia-rs on the same matches."""
     from planegrasp.bench import estimators as bench
 
-    settings = bench.EstimatorsSettings.quick() if quick else bench.EstimatorsSettings()
-    if frames:
-        settings = replace(settings, frames=frames)
+    settings = chosen(bench.EstimatorsSettings, quick=quick, frames=frames)
     measure(lambda advance: bench.run(seed, settings, advance), settings.steps, json_file)

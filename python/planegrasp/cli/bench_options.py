@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Protocol, Self, TypeVar
 
 import typer
 
@@ -13,6 +14,8 @@ from planegrasp.errors import InvalidInputError, MissingExtraError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from dataclasses import Field
+    from typing import Any, ClassVar
 
     from planegrasp.bench.result import BenchResult
 
@@ -24,9 +27,22 @@ __all__ = [
     "PlotOption",
     "QuickOption",
     "SeedOption",
+    "chosen",
     "measure",
     "names",
 ]
+
+
+class _Settings(Protocol):
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+
+    @classmethod
+    def quick(cls) -> Self:
+        """Under a minute."""
+        ...
+
+
+_S = TypeVar("_S", bound=_Settings)
 
 SeedOption = Annotated[int, typer.Option(min=0, help="Of everything random.")]
 QuickOption = Annotated[
@@ -42,6 +58,12 @@ JsonFileOption = Annotated[
 PlotOption = Annotated[
     Path | None, typer.Option(help="Draw the result as a picture.", metavar="FILE.png")
 ]
+
+
+def chosen(settings: type[_S], *, quick: bool, **given: object) -> _S:
+    """Settings of a benchmark: its own, or its quick ones, but for what was given (not None)."""
+    start = settings.quick() if quick else settings()
+    return replace(start, **{name: value for name, value in given.items() if value is not None})
 
 
 def measure(run: Run, steps: int, json_file: Path | None, plot: Path | None = None) -> None:

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path  # noqa: TC003 - typer reads the annotations
 from typing import Annotated
 
 import typer
 
-from planegrasp.cli.bench_options import JsonFileOption, QuickOption, SeedOption, measure, names
+from planegrasp.cli.bench_options import (
+    JsonFileOption,
+    QuickOption,
+    SeedOption,
+    chosen,
+    measure,
+    names,
+)
 
 __all__ = ["grasp", "live", "ros2", "soak"]
 
@@ -39,15 +45,15 @@ def grasp(
     """Grasps of a simulated PR2: success, refusals and failures, on a tripod and hand-held."""
     from planegrasp.bench import grasp as bench
 
-    settings = bench.GraspSettings.quick() if quick else bench.GraspSettings()
-    settings = replace(
-        settings,
-        static=settings.static if static is None else static,
-        handheld=settings.handheld if handheld is None else handheld,
-        jobs=settings.jobs if jobs is None else jobs,
+    taught = names(sides, bench.SIDES, "--sides") if sides is not None else None
+    settings = chosen(
+        bench.GraspSettings,
+        quick=quick,
+        static=static,
+        handheld=handheld,
+        sides=taught,
+        jobs=jobs,
     )
-    if sides is not None:
-        settings = replace(settings, sides=names(sides, bench.SIDES, "--sides"))
     measure(lambda advance: bench.run(seed, settings, advance), settings.steps, json_file)
 
 
@@ -66,12 +72,7 @@ def live(
     """Tracking against detection; the live system on streams of 1, 3 and 10 objects."""
     from planegrasp.bench import live as bench
 
-    settings = bench.LiveSettings.quick() if quick else bench.LiveSettings()
-    settings = replace(
-        settings,
-        repeats=settings.repeats if repeats is None else repeats,
-        seconds=settings.seconds if seconds is None else seconds,
-    )
+    settings = chosen(bench.LiveSettings, quick=quick, repeats=repeats, seconds=seconds)
     measure(lambda advance: bench.run(seed, settings, advance), settings.steps, json_file)
 
 
@@ -91,12 +92,7 @@ def soak(
     """The live system left running: growth of memory and threads, a camera that drops out."""
     from planegrasp.bench import soak as bench
 
-    settings = bench.SoakSettings.quick() if quick else bench.SoakSettings()
-    settings = replace(
-        settings,
-        frames=settings.frames if frames is None else frames,
-        losses=settings.losses if losses is None else losses,
-    )
+    settings = chosen(bench.SoakSettings, quick=quick, frames=frames, losses=losses)
     measure(lambda advance: bench.run(seed, settings, advance), settings.steps, json_file)
 
 
@@ -127,11 +123,5 @@ def ros2(
     """What ROS 2 adds to the latency; a listener that is killed and started again."""
     from planegrasp.bench import ros2 as bench
 
-    settings = bench.Ros2Settings.quick() if quick else bench.Ros2Settings()
-    settings = replace(
-        settings,
-        frames=settings.frames if frames is None else frames,
-        kills=settings.kills if kills is None else kills,
-        program=peer,
-    )
+    settings = chosen(bench.Ros2Settings, quick=quick, frames=frames, kills=kills, program=peer)
     measure(lambda advance: bench.run(seed, settings, advance), settings.steps, json_file)
