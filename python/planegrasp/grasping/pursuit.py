@@ -224,7 +224,7 @@ class Pursuit:
         """One period towards the distance before the grasp.
 
         Args:
-            kept: from what moves [m]; None where the fingers close.
+            kept: from what moves [m]; None where the fingers close, or it leaves.
 
         Returns:
             How far the gripper was told to be beside its line: above 1 it is out of tolerance.
