@@ -58,3 +58,8 @@ def card(photo):
     model = ObjectModel.from_image("card", photo("coffee", width=160), width=0.12)
     model = replace(model, body=body, grasps=grasps_of(body, opening=0.05))
     return with_grasps(model, "side")
+
+
+@pytest.fixture
+def body(carton_model):
+    return carton_model.outer_body
