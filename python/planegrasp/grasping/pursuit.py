@@ -121,9 +121,11 @@ class Pursuit:
                 self._drive.wait() if lost else self._step()
         while self._standoff < self._farthest and not (lost or self._lags() > _JUMPED):
             self._standoff = min(self._farthest, self._standoff + away)
-            if self._comes_nearer():
+            T_base_object = self._expected()
+            q = self._drive.towards(self._before_grasp(T_base_object))
+            if self._comes_nearer(q, T_base_object):
                 return
-            self._step()
+            self._drive.to(q)
 
     def _follow(self, path: Path) -> bool:
         """Along a path as long as nothing that moves comes near; whether to its end."""
@@ -224,7 +226,7 @@ class Pursuit:
         """One period towards the distance before the grasp.
 
         Args:
-            kept: from what moves [m]; None where the fingers close, or it leaves.
+            kept: from what moves [m]; None where the fingers close or open.
 
         Returns:
             How far the gripper was told to be beside its line: above 1 it is out of tolerance.
@@ -237,11 +239,9 @@ class Pursuit:
         self._drive.to(q)
         return self._drive.missed(goal)
 
-    def _comes_nearer(self) -> bool:
-        """Whether the next step leads to where less than the margin is left, and less than here."""
-        T_base_object = self._expected()
+    def _comes_nearer(self, q: Float64Array, T_base_object: RigidTransform) -> bool:
+        """Whether a step leads to where less than the margin is left, and less than here."""
         self._nearby.place(T_base_object)
-        q = self._drive.towards(self._before_grasp(T_base_object))
         there = self._nearby.contact(q, reaching=True)
         here = self._nearby.contact(self._drive.q, reaching=True)
         return there is not None and (here is None or there.depth > here.depth)
