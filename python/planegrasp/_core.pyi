@@ -748,8 +748,8 @@ class MotionState:
 class ThreadPool:
     """Threads apart from the shared ones; what runs in them is parallel in them alone."""
 
-    def __init__(self, threads: int, begin: Callable[[], object]) -> None:
-        """Start as many threads, as the machine has where 0; `begin` is called in each of them."""
+    def __init__(self, begin: Callable[[], object]) -> None:
+        """Start as many threads as the machine has; `begin` is called in each of them."""
 
     def run(self, call: Callable[[], _T]) -> _T:
         """Call something in one of the threads, wait for it, and return what it returned."""

@@ -147,6 +147,7 @@ class ObjectModel:
         faces: the faces; a one-face object usually has its face at the identity.
         priority: which object to prefer where several could be grasped, larger first.
         body: outer box of the object in its frame; None derives `outer_body` from the faces.
+        outer_body: `body`, or the box around all faces and what lies up to 5 mm behind them.
         grasps: ways to grasp it, a list of its own to append to and remove from; the library saves
             it. Names must be unique when it is saved.
 
@@ -160,6 +161,7 @@ class ObjectModel:
     priority: int = 0
     body: BoxBody | None = None
     grasps: list[CanonicalGrasp] = field(default_factory=list)
+    outer_body: BoxBody = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         check_name(self.name)
@@ -176,6 +178,7 @@ class ObjectModel:
                     f"object {self.name!r} has two faces named {face.name!r} "
                     f"(upper and lower case count as the same)"
                 )
+        object.__setattr__(self, "outer_body", self.body or body_behind(self.faces))
 
     def face(self, name: str) -> PlanarFace:
         """The face of that name.
@@ -188,11 +191,6 @@ class ObjectModel:
                 return face
         known = ", ".join(face.name for face in self.faces)
         raise InvalidInputError(f"object {self.name!r} has no face {name!r}; it has: {known}")
-
-    @property
-    def outer_body(self) -> BoxBody:
-        """`body`, or the box around all faces and what lies up to 5 mm behind them."""
-        return self.body or body_behind(self.faces)
 
     def grasp(self, name: str) -> CanonicalGrasp:
         """The grasp of that name.

@@ -11,7 +11,7 @@ import numpy as np
 from planegrasp.bench.stream import models, stream
 from planegrasp.detector import Detector
 from planegrasp.geometry import rotation_angle
-from planegrasp.live import Live
+from planegrasp.live import Live, prompt
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -77,7 +77,7 @@ def run_live(config: StreamSettings) -> LiveRun:
     sizes = {m.name: max(m.faces[0].width, m.faces[0].height) for m in objects}
     run = LiveRun(seconds=len(frames) / config.rate, frames=len(frames))
     reported: list[dict[str, Detection] | None] = [None] * len(frames)
-    with Live(Detector(objects)) as live:
+    with prompt(), Live(Detector(objects)) as live:
         begun, period, number = time.perf_counter(), 1.0 / config.rate, 0
         while number < len(frames):
             wait = begun + number * period - time.perf_counter()

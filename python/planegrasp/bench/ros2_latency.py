@@ -18,7 +18,7 @@ from planegrasp.io.ros2.conversions import camera_info_message, image_message
 from planegrasp.io.ros2.dds import DdsConfig, DdsNode, dds_type
 from planegrasp.io.ros2.dds.as_json import message_to_json
 from planegrasp.io.sources import RecordingTopics
-from planegrasp.live import Live
+from planegrasp.live import Live, prompt
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -94,7 +94,7 @@ def measure_latency(
         begun = _Begun()
         heard: dict[int, int] = {}
         waiting = StreamConfig(wait_at_start=True)
-        with Live(seen.detector) as live, NewestFrame(camera, waiting) as newest:
+        with prompt(), Live(seen.detector) as live, NewestFrame(camera, waiting) as newest:
             settled = None
             while len(begun.stamps) < frames:
                 frame = newest.next(timeout=10.0)

@@ -12,7 +12,7 @@ from planegrasp.cli.common import console
 from planegrasp.cli.live_outputs import failure_of
 from planegrasp.cli.live_status import distance, label
 from planegrasp.errors import PlanegraspError
-from planegrasp.live import RateMeter
+from planegrasp.live import RateMeter, prompt
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -87,20 +87,21 @@ class LiveRun:
 
         meter, seen = RateMeter(), None
         end = math.inf if self.seconds is None else time.monotonic() + self.seconds
-        while not self._stopped:
-            frame = self.stream.next(timeout=_GLANCE)
-            self._note_stream()
-            self._read_task()
-            if stop.is_set():
-                self._stopped = "signal"
-            elif frame is not None:
-                seen = self._process(frame, meter)
-            elif self.stream.status is StreamStatus.ENDED:
-                self._stopped = "end of the source"
-            elif time.monotonic() > end:
-                self._stopped = "seconds"
-            self._note_failures()
-            self.status.show(self.stream, seen, self._rates)
+        with prompt():
+            while not self._stopped:
+                frame = self.stream.next(timeout=_GLANCE)
+                self._note_stream()
+                self._read_task()
+                if stop.is_set():
+                    self._stopped = "signal"
+                elif frame is not None:
+                    seen = self._process(frame, meter)
+                elif self.stream.status is StreamStatus.ENDED:
+                    self._stopped = "end of the source"
+                elif time.monotonic() > end:
+                    self._stopped = "seconds"
+                self._note_failures()
+                self.status.show(self.stream, seen, self._rates)
 
     def finish(self) -> None:
         """Close the outputs, and say what could not be written."""

@@ -4,6 +4,7 @@ from planegrasp.live.live import Live, LiveConfig, LiveFrame
 from planegrasp.live.rates import LiveRates, RateMeter
 from planegrasp.live.task import Skipped, Task
 from planegrasp.live.task_file import TaskFile, read_task
+from planegrasp.live.urgency import prompt
 
 __all__ = [
     "Live",
@@ -14,5 +15,6 @@ __all__ = [
     "Skipped",
     "Task",
     "TaskFile",
+    "prompt",
     "read_task",
 ]

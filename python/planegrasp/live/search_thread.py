@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import threading
 from collections import deque
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
 from planegrasp import _core
+from planegrasp.live.urgency import step_back
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,9 +20,6 @@ if TYPE_CHECKING:
     from planegrasp.rgbd import RGBDFrame
 
 __all__ = ["Found", "SearchThread"]
-
-# How much less urgent than tracking a search is, for the operating system.
-_NICE = 10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,7 +110,7 @@ class SearchThread:
         self._thread.join()
 
     def _run(self) -> None:
-        pool = _core.ThreadPool(0, _step_back)
+        pool = _core.ThreadPool(step_back)
         while (request := self._next()) is not None:
             result: Found | BaseException
             try:
@@ -135,9 +131,3 @@ class SearchThread:
             request, self._waiting = self._waiting, None
             self._times.append(request.time)
             return request
-
-
-def _step_back() -> None:
-    # Of a thread, where the operating system knows that (Linux).
-    with suppress(AttributeError, OSError):
-        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICE)

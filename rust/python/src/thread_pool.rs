@@ -11,9 +11,9 @@ pub struct ThreadPool {
 
 #[pymethods]
 impl ThreadPool {
-    /// `threads`: how many, as many as the machine has where 0; `begin` is called in each of them.
+    /// As many threads as the machine has; `begin` is called in each of them.
     #[new]
-    fn new(py: Python<'_>, threads: usize, begin: Py<PyAny>) -> PyResult<Self> {
+    fn new(py: Python<'_>, begin: Py<PyAny>) -> PyResult<Self> {
         let begin_one = move |_| {
             Python::attach(|py| {
                 if let Err(error) = begin.call0(py) {
@@ -23,7 +23,6 @@ impl ThreadPool {
         };
         let pool = py.detach(|| {
             rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
                 .thread_name(|number| format!("planegrasp-{number}"))
                 .start_handler(begin_one)
                 .build()

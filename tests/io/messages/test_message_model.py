@@ -72,6 +72,17 @@ def test_names_of_frames():
         FrameIds(camera="")
 
 
+def test_pose_of_a_transform_and_points_in_it():
+    rng = np.random.default_rng(7)
+    turns = [*Rotation.random(50, rng=rng), *Rotation.from_rotvec(np.pi * np.eye(3))]
+    for turn in turns:
+        T = RigidTransform.from_components(rng.uniform(-2, 2, 3), turn)
+        pose, point = Pose.of(T), tuple(rng.uniform(-1, 1, 3).tolist())
+        assert pose.orientation[3] >= 0
+        assert np.allclose(pose.T.as_matrix(), T.as_matrix(), atol=1e-12)
+        assert np.allclose(pose.apply(point), T.apply(point), atol=1e-12)
+
+
 def test_covariance_is_that_of_samples_in_the_parent_frame():
     """Poses T·δ with δ as planegrasp has it scatter in the parent frame as ROS would have it."""
     rng = np.random.default_rng(3)

@@ -50,8 +50,20 @@ def test_images_whatever_the_alignment(store, kind, text):
         assert dds_type(kind).deserialize(message.serialize()) == message
 
 
-def test_big_endian_senders_are_understood(store):
-    kind = "sensor_msgs/msg/Image"
+@pytest.mark.parametrize("text", ["", "a", "ab", "abc", "abcd", "abcde", "abcdef", "abcdefg"])
+@pytest.mark.parametrize("coefficients", [0, 1, 5])
+def test_camera_infos_whatever_the_alignment(store, text, coefficients):
+    kind = "sensor_msgs/msg/CameraInfo"
+    theirs = messages(types_of(store))[kind]
+    theirs.header.frame_id, theirs.distortion_model = text, text[::-1] + "x"
+    theirs.d = np.arange(coefficients) / 7
+    for little in (True, False):
+        sent = bytes(store.serialize_cdr(theirs, kind, little_endian=little))
+        assert same(theirs, dds_type(kind).deserialize(sent))
+
+
+@pytest.mark.parametrize("kind", ["sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"])
+def test_big_endian_senders_are_understood(store, kind):
     theirs = messages(types_of(store))[kind]
     big = bytes(store.serialize_cdr(theirs, kind, little_endian=False))
     assert big[1] == 0

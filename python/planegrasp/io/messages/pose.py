@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -43,13 +44,28 @@ class Pose:
     @classmethod
     def of(cls, T: RigidTransform) -> Pose:
         """The pose of a transform."""
-        x, y, z, w = T.rotation.as_quat(canonical=True).tolist()
-        return cls(triple(T.translation), (x, y, z, w))
+        # Its first half is the rotation; `T.rotation` would check a matrix first that is one.
+        x, y, z, w, *_ = T.as_dual_quat().tolist()
+        sign = math.copysign(1.0, w)
+        return cls(triple(T.translation), (sign * x, sign * y, sign * z, sign * w))
 
     @property
     def T(self) -> RigidTransform:
         """The pose as a transform T_parent_child."""
         return transform_from_quaternion(self.position, self.orientation)
+
+    def apply(self, point: Triple) -> Triple:
+        """A point of the child's frame in the parent's [m]; for one, far faster than `T.apply`."""
+        x, y, z, w = self.orientation
+        a, b, c = point
+        # p + 2 w (u × p) + 2 u × (u × p) of the quaternion (u, w).
+        d, e, f = 2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)
+        px, py, pz = self.position
+        return (
+            px + a + w * d + y * f - z * e,
+            py + b + w * e + z * d - x * f,
+            pz + c + w * f + x * e - y * d,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +131,7 @@ def parent_covariance(
     Returns:
         6×6 along the axes of the parent.
     """
-    R = T_parent_object.rotation.as_matrix()
+    R = T_parent_object.as_matrix()[:3, :3]
     turn = np.zeros((6, 6))
     turn[:3, :3] = turn[3:, 3:] = R
     turned: NDArray[np.float64] = turn @ np.asarray(covariance, dtype=np.float64) @ turn.T

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planegrasp.io.messages.pose import Pose, PoseWithCovariance, triple
+from planegrasp.io.messages.pose import Pose, PoseWithCovariance
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -149,7 +149,7 @@ def camera_info_message(types: MessageTypes, header: Header, camera: PinholeCame
 
 def box_pose(pose: Pose, detected: DetectedObject | TrackedObject) -> Pose:
     """Pose of the centre of an object's box, given the object's."""
-    return Pose(triple(pose.T.apply(detected.box.centre)), pose.orientation)
+    return Pose(pose.apply(detected.box.centre), pose.orientation)
 
 
 def _detection(types: MessageTypes, header: Any, detected: DetectedObject) -> Any:

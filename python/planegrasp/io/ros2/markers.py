@@ -123,12 +123,11 @@ def _shown(maker: _Maker, tracked: TrackedObject, colors: Mapping[str, RGB] | No
         points=[xyz(types, "Point", end) for end in ends],
         colors=[maker.color(color, 1.0) for color in AXIS_COLORS for _ in range(2)],
     )
-    above = pose.T.apply([0.0, tracked.box.size[1] / 2 + _TEXT_HEIGHT, 0.0])
-    x, y, z = above.tolist()
+    above = pose.apply((0.0, tracked.box.size[1] / 2 + _TEXT_HEIGHT, 0.0))
     name = maker.marker(
         _NAMES,
         _TEXT,
-        pose=pose_message(types, Pose((x, y, z), (0.0, 0.0, 0.0, 1.0))),
+        pose=pose_message(types, Pose(above, (0.0, 0.0, 0.0, 1.0))),
         scale=xyz(types, "Vector3", (0.0, 0.0, _TEXT_HEIGHT)),
         color=maker.color(rgb, 1.0),
         text=tracked.name + (f" #{tracked.instance}" if tracked.instance else ""),

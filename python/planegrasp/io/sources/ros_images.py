@@ -152,7 +152,9 @@ def _single_channel(message: Any, data: bytes) -> NDArray[Any]:
 
 def _metres(values: NDArray[Any], depth_scale: float) -> NDArray[np.float32]:
     if values.dtype == np.uint16:
-        return np.asarray(values * np.float32(depth_scale), dtype=np.float32)
+        metres: NDArray[np.float32] = values.astype(np.float32)
+        metres *= np.float32(depth_scale)
+        return metres
     return np.asarray(measured(values), dtype=np.float32)
 
 

@@ -17,7 +17,7 @@ def message_to_json(message: Any) -> Any:
         return {
             field.name: message_to_json(getattr(message, field.name)) for field in fields(message)
         }
-    if isinstance(message, bytes | bytearray):
+    if isinstance(message, bytes | bytearray | memoryview):
         return base64.b64encode(message).decode()
     if isinstance(message, list):
         return [message_to_json(one) for one in message]
