@@ -114,25 +114,35 @@ class Detector:
         images = sum(reference.face.image.nbytes for reference in self.references)
         return index + self._search.nbytes + images
 
-    def detect(self, frame: RGBDFrame, among: Iterable[str] | None = None) -> list[Detection]:
+    def detect(
+        self, frame: RGBDFrame, among: Iterable[str] | None = None, *, closely: bool = True
+    ) -> list[Detection]:
         """All instances of all objects in a frame, best supported first.
 
         Args:
             frame: to look at.
             among: names of the objects to look for; all where None.
+            closely: whether faces that a first look does not find for sure are looked at closer.
+                That takes time wherever something is not there; without it some oblique and
+                weakly textured faces are missed.
 
         Raises:
             UnknownObjectError: there is no object of such a name.
         """
         faces = None if among is None else self._faces_of(set(among))
-        return list(self._run(frame, explain=False, among=faces).detections)
+        return list(self._run(frame, explain=False, among=faces, closely=closely).detections)
 
     def explain(self, frame: RGBDFrame) -> DetectionReport:
         """The detections of a frame, with the fate of every face of the library and the times."""
         return self._run(frame, explain=True)
 
     def _run(
-        self, frame: RGBDFrame, *, explain: bool, among: NDArray[np.uint32] | None = None
+        self,
+        frame: RGBDFrame,
+        *,
+        explain: bool,
+        among: NDArray[np.uint32] | None = None,
+        closely: bool = True,
     ) -> DetectionReport:
         """Algorithm 1 of the paper, a line a stage."""
         watch = StopWatch()
@@ -147,7 +157,8 @@ class Detector:
         view = View(features, image_points, evidence, flat, frame.camera)
         outcomes = self._find(view, look.faces, explain=explain)
         watch.lap("homography")
-        view = self._look_closer(view, look, outcomes, watch, explain=explain)
+        if closely:
+            view = self._look_closer(view, look, outcomes, watch, explain=explain)
         faces = {face: outcome.found for face, outcome in outcomes.items() if outcome.found}
         detections = self._with_poses(faces, view, frame)
         watch.lap("pose")

@@ -124,7 +124,7 @@ def test_what_has_not_been_there_for_long_is_looked_for_now_and_then(three):
     class Blind:
         references = detector.references
 
-        def detect(self, frame, among=None):
+        def detect(self, frame, among=None, *, closely=True):
             return []
 
     config = LiveConfig(background=False, urgent_for=0.19, rest=0.5)
@@ -141,7 +141,7 @@ def test_an_error_of_the_search_is_raised_where_its_result_is_taken(three):
     class Broken:
         references = detector.references
 
-        def detect(self, frame, among=None):
+        def detect(self, frame, among=None, *, closely=True):
             raise ImageError("a colour image is uint8")
 
     def play(live):

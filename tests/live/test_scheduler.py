@@ -51,6 +51,15 @@ def test_cost_is_learnt_and_the_budget_kept():
     assert len(scheduler.to_follow(tracks, Task(budget=1.0))[0]) == 4
 
 
+def test_what_is_missed_is_looked_for_often_and_closely_now_and_then():
+    scheduler, closely = Scheduler(LIBRARY), []
+    for _ in range(7):
+        closely.append(scheduler.looks_closely(is_urgent=True))
+        scheduler.sought(["book"], closely=closely[-1])
+    assert closely == [True, False, False, True, False, False, True]
+    assert scheduler.looks_closely(is_urgent=False), "there is time where nothing is missed"
+
+
 def test_what_is_missing_is_looked_for_first_and_the_rest_in_turn():
     scheduler = Scheduler(LIBRARY, at_once=1)
     task = Task({"panel": 1.0})

@@ -17,10 +17,12 @@ class Gate:
 
     def __init__(self):
         self.begun = []
+        self.closely = []
         self._go = threading.Semaphore(0)
 
-    def detect(self, frame, among):
+    def detect(self, frame, among, *, closely):
         self.begun.append((frame, *among))
+        self.closely.append(closely)
         assert self._go.acquire(timeout=10)
         if frame == "broken":
             raise ImageError("no image")
@@ -65,6 +67,15 @@ def results(search, count):
 
     until(take)
     return found
+
+
+def test_it_looks_as_closely_as_it_is_asked_to(gate, search):
+    gate.let_go(2)
+    offer(search, "first", 1.0, "book")
+    results(search, 1)
+    search.offer("second", 2.0, RigidTransform.identity(), ["book"], closely=False)
+    results(search, 1)
+    assert gate.closely == [True, False]
 
 
 def test_it_goes_on_with_the_newest_frame_before_a_result_is_taken(gate, search):

@@ -110,6 +110,7 @@ class Live(ClosesAtEnd):
         # Frames since the oldest one of which a search is to say something.
         self._since: deque[tuple[RGBDFrame, float, RigidTransform]] = deque(maxlen=_REMEMBERED)
         self._offered: list[str] = []
+        self._closely = True
         self._unsought: list[Skipped] = []
         self._lock = threading.Lock()
         self._task = Task()
@@ -193,7 +194,7 @@ class Live(ClosesAtEnd):
         names = self._names_to_find(time, task)
         if self._search is not None:
             if names:
-                self._search.offer(frame, time, T_fixed_camera, names)
+                self._search.offer(frame, time, T_fixed_camera, names, closely=self._closely)
             oldest = self._search.oldest
             self._since.append((frame, time, T_fixed_camera))
             while self._since and (oldest is None or self._since[0][1] <= oldest):
@@ -215,9 +216,10 @@ class Live(ClosesAtEnd):
             return []
         if self._search is None or not self._search.is_waiting:
             # The frame before was begun.
-            self._scheduler.sought(self._offered)
+            self._scheduler.sought(self._offered, closely=self._closely)
         names, self._unsought = self._scheduler.to_find(tracks, task)
         self._searched, self._offered = time, names
+        self._closely = self._scheduler.looks_closely(is_urgent=is_urgent)
         return names
 
 

@@ -20,6 +20,8 @@ _FIRST_GUESS = 0.002
 _NEWEST = 0.1
 # While something wanted is missing, so many objects that are tracked are looked for in one pass.
 _TRACKED_TOO = 1
+# … and so many quick passes follow each close one.
+_QUICK = 2
 
 
 class Scheduler:
@@ -45,6 +47,7 @@ class Scheduler:
         self._last: dict[str, float] = {}
         self._seconds = _FIRST_GUESS
         self._next_track = 0
+        self._quick = 0
         self._turn: list[str] = list(self._library)
 
     def wanted(self, task: Task) -> list[str]:
@@ -92,8 +95,9 @@ class Scheduler:
         later = (name for name in rest if name not in now and name not in tracked)
         return [*missing, *now], [Skipped(name, None, reason) for name in later]
 
-    def sought(self, names: Sequence[str]) -> None:
-        """These were looked for: now it is the turn of others."""
+    def sought(self, names: Sequence[str], *, closely: bool = True) -> None:
+        """A pass for these was begun: now it is the turn of others."""
+        self._quick = _QUICK if closely else max(0, self._quick - 1)
         now = set(names)
         self._turn.sort(key=lambda name: name in now)
 
@@ -128,6 +132,14 @@ class Scheduler:
         seen = _seen(tracks)
         missing = (name for name in self.wanted(task) if name not in seen)
         return any(time - self._last.get(name, time) < self._urgent_for for name in missing)
+
+    def looks_closely(self, *, is_urgent: bool) -> bool:
+        """Whether a detector takes its time in its next pass.
+
+        What is missed is looked for often rather than closely: most of what comes back shows in a
+        first look, and what is not there takes the longest.
+        """
+        return not (is_urgent and self._quick)
 
     def _urgency(self, track: Track, task: Task, rank: dict[str, int]) -> tuple[bool, float]:
         priorities = task.priorities or self._library

@@ -43,6 +43,7 @@ class _Request:
     time: float
     T_fixed_camera: RigidTransform
     names: Sequence[str]
+    closely: bool
 
 
 class SearchThread:
@@ -85,10 +86,15 @@ class SearchThread:
         time: float,
         T_fixed_camera: RigidTransform,
         names: Sequence[str],
+        *,
+        closely: bool = True,
     ) -> None:
-        """Look for some objects in a frame, instead of in one that waits still."""
+        """Look for some objects in a frame, instead of in one that waits still.
+
+        See `Detector.detect` for `closely`.
+        """
         with self._changed:
-            self._waiting = _Request(frame, time, T_fixed_camera, names)
+            self._waiting = _Request(frame, time, T_fixed_camera, names, closely)
             self._changed.notify_all()
 
     def take(self) -> Found | None:
@@ -114,8 +120,8 @@ class SearchThread:
         while (request := self._next()) is not None:
             result: Found | BaseException
             try:
-                search = partial(self._detector.detect, request.frame, among=request.names)
-                detections = pool.run(search)
+                detect = partial(self._detector.detect, closely=request.closely)
+                detections = pool.run(partial(detect, request.frame, request.names))
                 result = Found(detections, request.time, request.T_fixed_camera)
             except Exception as error:
                 result = error

@@ -18,8 +18,8 @@ __all__ = ["prompt", "step_back"]
 
 # How much less of a busy processor a search gets: a tenth of what another thread has.
 _NICE = 10
-# The longest turn that Linux lets a thread ask for [ns].
-_LONG_TURN = 100_000_000
+# A turn longer than what Linux gives by itself, 1 to 3 ms [ns].
+_LONG_TURN = 10_000_000
 # sched_setattr(2), which no library that Python comes with knows: its number differs.
 _SCHED_SETATTR = {"x86_64": 314, "aarch64": 274}
 # How long a thread of Python that waits for the interpreter lets another one go on [s].

@@ -139,9 +139,10 @@ class CameraInfo(IdlStruct, typename="sensor_msgs::msg::dds_::CameraInfo_"):
         header, (height, width), model = members.header(), members.numbers("II"), members.text()
         (coefficients,) = members.numbers("I")
         d, k, r, p = (members.doubles(count) for count in (coefficients, 9, 9, 12))
-        binning, region = members.numbers("II"), members.numbers("IIII")
-        roi = RegionOfInterest(*region, do_rectify=bool(members.byte()))
-        return cls(header, height, width, model, d, k, r, p, *binning, roi=roi)
+        along_x, along_y = members.numbers("II")
+        left, top, rows, columns = members.numbers("IIII")
+        roi = RegionOfInterest(left, top, rows, columns, bool(members.byte()))
+        return cls(header, height, width, model, d, k, r, p, along_x, along_y, roi)
 
 
 # cyclonedds takes sequences of numbers one number at a time, which takes 31 ms for an image. So
