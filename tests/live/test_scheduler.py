@@ -51,12 +51,16 @@ def test_cost_is_learnt_and_the_budget_kept():
     assert len(scheduler.to_follow(tracks, Task(budget=1.0))[0]) == 4
 
 
-def test_what_is_missed_is_looked_for_often_and_closely_now_and_then():
+@pytest.mark.parametrize(
+    ("frames", "expected"), [(5, [True, False, False, True, False, False, True]), (4, [True] * 7)]
+)
+def test_what_is_missed_is_looked_for_often_where_a_close_look_takes_long(frames, expected):
     scheduler, closely = Scheduler(LIBRARY), []
     for _ in range(7):
         closely.append(scheduler.looks_closely(is_urgent=True))
         scheduler.sought(["book"], closely=closely[-1])
-    assert closely == [True, False, False, True, False, False, True]
+        scheduler.looked(frames if closely[-1] else 1, closely=closely[-1])
+    assert closely == expected
     assert scheduler.looks_closely(is_urgent=False), "there is time where nothing is missed"
 
 

@@ -30,11 +30,13 @@ class Found:
         detections: in its frame.
         time: of the frame [s].
         T_fixed_camera: pose of the camera then.
+        closely: whether it looked closely.
     """
 
     detections: Sequence[Detection]
     time: float
     T_fixed_camera: RigidTransform
+    closely: bool
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,7 +124,7 @@ class SearchThread:
             try:
                 detect = partial(self._detector.detect, closely=request.closely)
                 detections = pool.run(partial(detect, request.frame, request.names))
-                result = Found(detections, request.time, request.T_fixed_camera)
+                result = Found(detections, request.time, request.T_fixed_camera, request.closely)
             except Exception as error:
                 result = error
             with self._changed:
