@@ -35,7 +35,8 @@ class RGBDFrame:
         name: what to call the frame in outputs, for example its file name.
         timestamp: seconds, or None.
 
-    Depth that is not finite or is negative counts as no measurement and is set to 0.
+    Depth that is not finite or is negative counts as no measurement and is set to 0, in a copy.
+    Images that can be used as they are are not copied: leave their arrays alone afterwards.
 
     Raises:
         ImageError: color is not H×W×3 uint8.
