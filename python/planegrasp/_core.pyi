@@ -407,7 +407,7 @@ class ReferenceIndex:
         k: int,
         *,
         among: NDArray[np.uint32],
-        first: int | None = None,
+        first: NDArray[np.uint32] | None = None,
     ) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float32], NDArray[np.float32]]:
         """The k nearest references of each descriptor (N×length), nearest first.
 
@@ -415,8 +415,8 @@ class ReferenceIndex:
             descriptors: N×length.
             k: at least 1.
             among: numbers of the faces to look at.
-            first: how many descriptors of each face to look at, rounded up to whole blocks of 32;
-                None = all.
+            first: how many descriptors of each of them to look at, rounded up to whole blocks of
+                32; None = all.
 
         Returns:
             N×k numbers of faces and N×k numbers within the face, -1 for none; N×k distances (L2
@@ -425,7 +425,7 @@ class ReferenceIndex:
             where the nearest elsewhere is beyond the farthest distance, the nearest over that.
 
         Raises:
-            InvalidInputError: for another length, or k = 0.
+            InvalidInputError: for another length, k = 0, or `first` that is not as long as `among`.
         """
 
 def by_usefulness(

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from planegrasp.objects import ObjectModel, PlanarFace
 
 # Part of the cache's key: to be raised whenever the same settings give other features.
-_VERSION = "5"
+_VERSION = "6"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,13 +81,14 @@ def prepare_face(
         scale = min(1.0, longest_side / max(width, height))
         size = (max(1, round(width * scale)), max(1, round(height * scale)))
         small = cv2.resize(gray, size, interpolation=cv2.INTER_AREA) if scale < 1.0 else gray
-        features = _useful(extractor, small.astype(np.uint8), oblique, pruning, same_place)
+        features, served = _useful(extractor, small.astype(np.uint8), oblique, pruning, same_place)
         # Edge coordinates scale without an offset, pixel coordinates would not.
         enlarge = np.array([width / size[0], height / size[1]])
         arrays = {
             "points": (edge_from_pixel(features.points) * enlarge).astype(np.float32),
             "frames": (enlarge[:, None] * features.frames).astype(np.float32),
             "descriptors": features.descriptors,
+            "served": np.array(served),
         }
         feature_cache.store(cache, key, arrays)
     references = ReferenceSet(
@@ -95,6 +96,7 @@ def prepare_face(
         cast("NDArray[np.float32]", arrays["frames"]),
         cast("NDArray[np.float32]", arrays["descriptors"]),
         same_place * max(width, height),
+        float(cast("NDArray[np.float64]", arrays["served"])),
     )
     return FaceReference(model, face), references
 
@@ -105,13 +107,13 @@ def _useful(
     oblique: ObliqueConfig,
     pruning: PruningConfig,
     same_place: float,
-) -> ObliqueFeatures:
-    """Features of all views, the most useful first and only so many."""
+) -> tuple[ObliqueFeatures, float]:
+    """Features of all views, the most useful first and only so many, and `Useful.served`."""
     features = extract_oblique(extractor, gray, oblique)
     if not pruning.max_descriptors or features.descriptors.dtype != np.uint8:
-        return features
+        return features, 0.0
     distance = same_place * max(gray.shape)
-    keep = by_usefulness(
+    useful = by_usefulness(
         features, gray, extractor, blur=oblique.blur, same_place=distance, config=pruning
     )
-    return features.select(keep)
+    return features.select(useful.order), useful.served

@@ -33,6 +33,8 @@ _NEIGHBOURS = 16
 _RIGHT_PX = 2.0
 # Serving takes a distance below this share of that to the nearest elsewhere (the ratio test).
 _RATIO = 0.8
+# Share of the trial views that are poor.
+_POOR_VIEWS = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +88,20 @@ class _Trial:
     view: NDArray[np.uint32]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Useful:
+    """The features of a face that are worth keeping.
+
+    Attributes:
+        order: indices into the features, the most useful first.
+        served: how many features of a poor trial view they serve: nine in ten views have more.
+            A face of which that is little needs more descriptors to be found by.
+    """
+
+    order: NDArray[np.intp]
+    served: float
+
+
 def by_usefulness(
     features: ObliqueFeatures,
     gray: NDArray[np.uint8],
@@ -94,8 +110,8 @@ def by_usefulness(
     blur: float,
     same_place: float,
     config: PruningConfig,
-) -> NDArray[np.intp]:
-    """The features worth keeping, the most useful first.
+) -> Useful:
+    """The features worth keeping, at most `max_descriptors`.
 
     Args:
         features: of all oblique views; descriptors of bytes.
@@ -104,12 +120,9 @@ def by_usefulness(
         blur: of oblique views, see `ObliqueConfig.blur`.
         same_place: points closer than this [px of the reference] are one place.
         config: settings.
-
-    Returns:
-        Indices into the features, at most `max_descriptors`.
     """
     if not len(features):
-        return np.zeros(0, np.intp)  # there may be features in a trial view: of its noise
+        return Useful(np.zeros(0, np.intp), 0.0)  # a trial view may have some: of its noise
     trial = _trial(gray, extractor, blur, config)
     index = _core.ReferenceIndex(features.descriptors.shape[1], is_binary=extractor.is_binary)
     index.add(features.points, _bytes(features.descriptors), same_place)
@@ -122,13 +135,14 @@ def by_usefulness(
     elsewhere = np.where(apart, distance, np.inf).min(axis=1)
     serves = right & (distance <= _RATIO * elsewhere[:, None])
     feature, neighbour = np.nonzero(serves)
+    server = reference[feature, neighbour]
     order = _core.by_usefulness(
-        len(features),
-        reference[feature, neighbour].astype(np.uint32),
-        feature.astype(np.uint32),
-        trial.view,
+        len(features), server.astype(np.uint32), feature.astype(np.uint32), trial.view
     )
-    return order[: config.max_descriptors].astype(np.intp)
+    order = order[: config.max_descriptors].astype(np.intp)
+    served = np.unique(feature[np.isin(server, order)])
+    of_view = np.bincount(trial.view[served], minlength=config.views)
+    return Useful(order, float(np.quantile(of_view, _POOR_VIEWS)))
 
 
 def _trial(

@@ -21,10 +21,14 @@ if TYPE_CHECKING:
 
 
 NATIVE = "native"
-# Of more than two faces a first look compares with fewer descriptors each: so many in all …
+# Of more than two faces a first look compares with fewer descriptors each: so many in all, or …
 _FIRST_IN_ALL = 1800
-# … but not with fewer than this of each.
-_FIRST_AT_LEAST = 200
+# … so many of each on average, the fewer the more features its poor views have, …
+_FIRST_EACH = 280
+# … which is one over their number and this, …
+_SERVED = 10.0
+# … but at least so many.
+_FIRST_AT_LEAST = 100
 # A look between the first and the last is at this many times more descriptors than the first.
 _MUCH_CLOSER = 1.5
 # At least so many neighbours are looked for where the ratio is to one of them.
@@ -40,12 +44,15 @@ class ReferenceSet:
         frames: M×2×2 float32, from each keypoint's own frame to the reference image.
         descriptors: M×D, of all oblique views.
         radius: two points of the face closer than this [reference px] count as the same place.
+        served: how rich the face's poor views are, see `planegrasp.features.pruning.Useful`; 0 =
+            unknown.
     """
 
     points: NDArray[np.float32]
     frames: NDArray[np.float32]
     descriptors: NDArray[np.float32] | NDArray[np.uint8]
     radius: float
+    served: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -119,6 +126,7 @@ class NativeIndex:
         self._index = _core.ReferenceIndex(length, is_binary=binary, farthest=farthest)
         self._first = first or None
         self._sizes: list[int] = []
+        self._served: list[float] = []
         for face in faces:
             self.add(face)
 
@@ -132,36 +140,49 @@ class NativeIndex:
         descriptors = face.descriptors.astype(np.uint8, copy=False)
         self._index.add(face.points, descriptors, face.radius)
         self._sizes.append(len(face.points))
+        self._served.append(face.served)
 
     def look(self, features: Features, k: int, among: NDArray[np.uint32] | None = None) -> Look:
         """See `ReferenceIndex.look`."""
         descriptors = features.descriptors.astype(np.uint8, copy=False)
         faces = self._index.propose(descriptors) if among is None else among
-        first = self._share(len(faces))
+        first = self._shares(faces)
         found = self._index.candidates(descriptors, k, among=faces, first=first)
         return Look(Candidates(*found), faces, self._closer(faces, first))
 
-    def _closer(self, faces: NDArray[np.uint32], first: int | None) -> tuple[int, ...]:
-        """Of how many descriptors further looks are after one at so many."""
+    def _closer(
+        self, faces: NDArray[np.uint32], first: NDArray[np.uint32] | None
+    ) -> tuple[int, ...]:
+        """Of how many descriptors further looks are after one at so many of each face."""
         largest = max((self._sizes[face] for face in faces), default=0)
-        if first is None or self._first is None or largest <= first:
+        if first is None or self._first is None or not len(faces) or largest <= first.min():
             return ()
         # As close as the first look at a small library, where that is much closer.
         middle = self._first
-        return (middle, largest) if _MUCH_CLOSER * first < middle < largest else (largest,)
+        is_much = _MUCH_CLOSER * first.min() < middle < largest
+        return (middle, largest) if is_much else (largest,)
 
-    def _share(self, faces: int) -> int | None:
-        """Descriptors of each of so many faces in a first look; None for all."""
+    def _shares(self, faces: NDArray[np.uint32]) -> NDArray[np.uint32] | None:
+        """Descriptors of each face in a first look; None for all.
+
+        A richly textured face is found by few of them, a weakly textured one needs many.
+        """
         if self._first is None:
             return None
-        return min(self._first, max(_FIRST_AT_LEAST, _FIRST_IN_ALL // max(faces, 1)))
+        need = np.array([1.0 / (_SERVED + self._served[face]) for face in faces])
+        in_all = max(_FIRST_IN_ALL, _FIRST_EACH * len(faces))
+        shares = in_all * need / max(need.sum(), np.finfo(np.float64).tiny)
+        if self._first * len(faces) <= in_all:
+            shares[:] = self._first
+        return np.clip(shares, min(_FIRST_AT_LEAST, self._first), self._first).astype(np.uint32)
 
     def look_closer(
         self, features: Features, k: int, faces: NDArray[np.uint32], most: int
     ) -> Candidates:
         """See `ReferenceIndex.look_closer`."""
         descriptors = features.descriptors.astype(np.uint8, copy=False)
-        return Candidates(*self._index.candidates(descriptors, k, among=faces, first=most))
+        first = np.full(len(faces), most, np.uint32)
+        return Candidates(*self._index.candidates(descriptors, k, among=faces, first=first))
 
 
 class NeighbourIndex:

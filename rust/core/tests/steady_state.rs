@@ -132,10 +132,10 @@ fn the_index_needs_no_more_memory_with_every_frame() {
         let queries: Vec<_> = [300, 100, 500, 1].into_iter().map(&mut bytes).collect();
         let mut found = Candidates::default();
         growth(|i| {
-            let scope = (&[0, 2][..], usize::MAX);
+            let scope = [(0, usize::MAX), (2, usize::MAX)];
             let queries = &queries[i % queries.len()];
             index
-                .candidates_into(queries, 8, scope, &mut found)
+                .candidates_into(queries, 8, &scope, &mut found)
                 .unwrap();
         })
     });

@@ -97,17 +97,14 @@ impl ReferenceIndex {
         descriptors: PyReadonlyArrayDyn<'_, u8>,
         k: usize,
         among: PyReadonlyArray1<'_, u32>,
-        first: Option<usize>,
+        first: Option<PyReadonlyArray1<'_, u32>>,
     ) -> PyResult<Found<'py>> {
         let queries = self.descriptors(&descriptors)?;
         let count = queries.len() / self.length;
-        let mut among: Vec<u32> = among.as_array().to_vec();
-        among.sort_unstable();
-        among.dedup();
+        let among = scope(&among, first.as_ref())?;
         let mut found = core::Candidates::default();
         py.detach(|| {
-            let scope = (&among[..], first.unwrap_or(usize::MAX));
-            self.index.candidates_into(&queries, k, scope, &mut found)
+            self.index.candidates_into(&queries, k, &among, &mut found)
         })
         .map_err(from_input_error)?;
         let shape = [count, k];
@@ -131,6 +128,32 @@ impl ReferenceIndex {
             ))),
         }
     }
+}
+
+/// Each face once, ascending, and how many of its descriptors to look at: all without `first`.
+fn scope(
+    among: &PyReadonlyArray1<'_, u32>,
+    first: Option<&PyReadonlyArray1<'_, u32>>,
+) -> PyResult<Vec<(u32, usize)>> {
+    let faces = among.as_array();
+    let mut scope: Vec<(u32, usize)> = match first {
+        None => faces.iter().map(|&face| (face, usize::MAX)).collect(),
+        Some(first) if first.len() == faces.len() => {
+            let first = first.as_array();
+            let pairs = faces.iter().zip(&first);
+            pairs.map(|(&face, &first)| (face, first as usize)).collect()
+        }
+        Some(first) => {
+            return Err(invalid_input(format!(
+                "first must say a number for each of the {} faces, got {}",
+                faces.len(),
+                first.len()
+            )));
+        }
+    };
+    scope.sort_unstable();
+    scope.dedup_by_key(|one| one.0);
+    Ok(scope)
 }
 
 /// An array of N rows of a certain shape, of `LENGTH` values each.

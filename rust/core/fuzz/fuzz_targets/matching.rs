@@ -124,9 +124,9 @@ fn apply(index: &mut ReferenceIndex, step: &Step, data: &[u8]) -> (bool, Vec<u32
             among.sort_unstable();
             among.dedup();
             let first = first.map_or(usize::MAX, usize::from);
-            let scope = (&among[..], first);
+            let scope: Vec<_> = among.into_iter().map(|face| (face, first)).collect();
             succeeded = index
-                .candidates_into(data, (*k).into(), scope, &mut found)
+                .candidates_into(data, (*k).into(), &scope, &mut found)
                 .is_ok();
             if let Ok(proposed) = index.propose(data) {
                 assert!(proposed.is_sorted() && proposed.len() <= index.faces().len());

@@ -93,7 +93,7 @@ pub fn aligned(
     );
     let mut candidates: Vec<Candidate> = direct.into_iter().map(judged).collect();
     let known = found.inliers.len() >= SURE && found.coverage >= WELL_SPREAD;
-    if !known && !candidates.iter().any(|one| one.good && one.rigid) {
+    if !known && !candidates.iter().any(is_evident) {
         let coarse = CoarseFrames::new(&view.gray);
         let views = rigid_views(&found.homography, &found.inliers, face, view.camera);
         let afar = views.iter().filter_map(|start| {
@@ -118,7 +118,7 @@ pub fn aligned(
         return as_it_was(found, tiles, false);
     };
     let tiles = share(&best.alignment);
-    let sure = best.good && best.rigid;
+    let (sure, evident) = (best.good && best.rigid, is_evident(&best));
     let H = best.alignment.homography;
     let seen = outline(&H, face, view.camera, settings).ok();
     let better = best.alignment.accepted && (best.rigid || best.good);
@@ -134,7 +134,7 @@ pub fn aligned(
                 homography: H,
                 outline,
                 agreement,
-                is_evident: sure || (best.rigid && tiles >= EVIDENT_TILES),
+                is_evident: evident,
                 ..found
             };
             Aligned {
@@ -146,6 +146,11 @@ pub fn aligned(
         }
         None => as_it_was(found, tiles, sure && !best.alignment.accepted),
     }
+}
+
+/// Whether there is no need to look for a better one, also where noise keeps the correlation low.
+fn is_evident(candidate: &Candidate) -> bool {
+    candidate.rigid && (candidate.good || share(&candidate.alignment) >= EVIDENT_TILES)
 }
 
 /// The one to be believed most.

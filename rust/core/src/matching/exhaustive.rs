@@ -25,10 +25,9 @@ pub struct Search<'a> {
     pub length: usize,
     /// All faces of the index.
     pub faces: &'a [ReferenceSet],
-    /// Numbers of those to look at, ascending.
-    pub among: &'a [u32],
-    /// How many descriptors of each to look at, rounded up to whole blocks.
-    pub first: usize,
+    /// Numbers of those to look at, ascending, and at how many of their descriptors, rounded up to
+    /// whole blocks.
+    pub among: &'a [(u32, usize)],
     /// Only references nearer than this are neighbours: squared distance, or differing bits.
     pub farthest: i32,
 }
@@ -78,11 +77,11 @@ impl Search<'_> {
         for nearest in nearest.iter_mut() {
             nearest.clear();
         }
-        for &face in self.among {
+        for &(face, first) in self.among {
             let blocks = self.faces[face as usize].blocks();
             tiles.scan(
                 (self.kernel, self.metric),
-                (face, blocks, self.first.div_ceil(ROWS)),
+                (face, blocks, first.div_ceil(ROWS)),
                 |query, other| {
                     nearest[query].insert(other);
                     nearest[query].limit()
@@ -138,11 +137,11 @@ impl Search<'_> {
         let query = |&number: &usize| &queries[number * self.length..][..self.length];
         tiles.fill(numbers.iter().map(query), self.length, self.farthest);
         let mut closest = vec![None; numbers.len()];
-        for &face in self.among {
+        for &(face, count) in self.among {
             let blocks = self.faces[face as usize].blocks();
             tiles.scan(
                 (self.kernel, self.metric),
-                (face, blocks, self.first.div_ceil(ROWS)),
+                (face, blocks, count.div_ceil(ROWS)),
                 |query, other| {
                     if self.is_elsewhere(first[query], &other) {
                         closest[query] = Some(other.distance);

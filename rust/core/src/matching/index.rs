@@ -174,15 +174,16 @@ impl ReferenceIndex {
     /// Those of [`Self::candidates_into`].
     pub fn candidates(&self, queries: &[u8], k: usize) -> Result<Candidates, InputError> {
         let mut found = Candidates::default();
-        let proposed = self.propose(queries)?;
-        self.candidates_into(queries, k, (&proposed, usize::MAX), &mut found)?;
+        let proposed = self.propose(queries)?.into_iter();
+        let among: Vec<(u32, usize)> = proposed.map(|face| (face, usize::MAX)).collect();
+        self.candidates_into(queries, k, &among, &mut found)?;
         Ok(found)
     }
 
     /// The same among certain faces, into memory that is used again.
     ///
-    /// `among`: their numbers, ascending; `first`: how many of the descriptors of each, rounded up
-    /// to whole blocks of 32.
+    /// `among`: their numbers, ascending, and how many of the first descriptors of each to look at,
+    /// rounded up to whole blocks of 32.
     ///
     /// # Errors
     /// [`InputError::DescriptorCount`] where the queries are no whole number of descriptors,
@@ -192,7 +193,7 @@ impl ReferenceIndex {
         &self,
         queries: &[u8],
         k: usize,
-        (among, first): (&[u32], usize),
+        among: &[(u32, usize)],
         found: &mut Candidates,
     ) -> Result<(), InputError> {
         self.check(queries)?;
@@ -203,7 +204,7 @@ impl ReferenceIndex {
                 valid: "at least 1 and at most 4096",
             });
         }
-        if let Some(&face) = among.iter().find(|&&f| f as usize >= self.faces.len()) {
+        if let Some(&(face, _)) = among.iter().find(|one| one.0 as usize >= self.faces.len()) {
             return Err(InputError::NoSuchFace {
                 face: face as usize,
                 count: self.faces.len(),
@@ -215,7 +216,6 @@ impl ReferenceIndex {
             length: self.length.max(1),
             faces: &self.faces,
             among,
-            first,
             farthest: self.farthest,
         };
         search.candidates_into(queries, k, found);

@@ -114,7 +114,7 @@ fn memory_of_another_frame_leaves_no_trace() {
     for count in [70, 3, 0, 40] {
         let queries = descriptors(count, 32, 255, &mut random);
         index
-            .candidates_into(&queries, 5, (&[0], usize::MAX), &mut found)
+            .candidates_into(&queries, 5, &[(0, usize::MAX)], &mut found)
             .unwrap();
         assert_eq!(found, index.candidates(&queries, 5).unwrap());
     }
