@@ -103,10 +103,8 @@ impl ReferenceIndex {
         let count = queries.len() / self.length;
         let among = scope(&among, first.as_ref())?;
         let mut found = core::Candidates::default();
-        py.detach(|| {
-            self.index.candidates_into(&queries, k, &among, &mut found)
-        })
-        .map_err(from_input_error)?;
+        py.detach(|| self.index.candidates_into(&queries, k, &among, &mut found))
+            .map_err(from_input_error)?;
         let shape = [count, k];
         Ok((
             numbers(found.face).into_pyarray(py).reshape(shape)?,
@@ -141,7 +139,9 @@ fn scope(
         Some(first) if first.len() == faces.len() => {
             let first = first.as_array();
             let pairs = faces.iter().zip(&first);
-            pairs.map(|(&face, &first)| (face, first as usize)).collect()
+            pairs
+                .map(|(&face, &first)| (face, first as usize))
+                .collect()
         }
         Some(first) => {
             return Err(invalid_input(format!(

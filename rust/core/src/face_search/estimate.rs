@@ -2,9 +2,10 @@
 
 use std::collections::HashSet;
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector2};
 
 use super::evidence::{FaceEvidence, Match};
+use super::face::SearchedFace;
 use super::plausible::{convex_outline, rigidity};
 use super::rigid_views::rigid_views;
 use super::settings::SearchSettings;
@@ -22,6 +23,8 @@ const LOSS_SCALE: f64 = 0.1;
 /// Fisher's F from which on matches speak against a rigid view. By chance, 10 is exceeded once in
 /// a few thousand times with ten matches.
 const SHAPE_EVIDENCE: f64 = 10.0;
+/// Views of which no corner is farther apart than this [px] are one.
+const SAME_VIEW: f64 = 1.0;
 /// Matches are never better than this [px]: exact ones would speak against any other homography.
 const LEAST_ERROR: f64 = 0.1;
 
@@ -104,20 +107,23 @@ pub fn refine(
         rigidity: rigidity(face, camera)?,
         sigma: settings.aspect_sigma,
     };
-    let better = |estimate: HomographyEstimate| {
+    let better = |estimate: &HomographyEstimate| {
         rigid_views(&estimate.matrix, &estimate.inliers, face, camera)
             .iter()
+            .filter(|view| !looks_the_same(view, &estimate.matrix, face))
             .filter_map(|view| refined(view, evidence, Some(&prior), settings))
-            .chain([estimate])
             .max_by(|a, b| score(a, settings).total_cmp(&score(b, settings)))
+            .filter(|other| score(other, settings) > score(estimate, settings))
     };
     let free = refined(start, evidence, None, settings)?;
     let mut rigid =
         refined(&free.matrix, evidence, Some(&prior), settings).unwrap_or_else(|| free.clone());
-    if rigid.inliers.len() < SURE {
+    if rigid.inliers.len() < SURE
+        && let Some(other) = better(&rigid)
+    {
         // The view across of a first result, which may have come from few matches, is better known
         // from its own matches.
-        rigid = better(better(rigid)?)?;
+        rigid = better(&other).unwrap_or(other);
     }
     // A face of another shape than taught still has a rigid view that some of its matches agree
     // with. Without the prior all of them do, and show the shape.
@@ -126,6 +132,18 @@ pub fn refine(
         stretch > settings.max_stretch && explains_better(&free, &rigid, settings) > SHAPE_EVIDENCE;
     rigid.stretched = stretched.then_some(stretch);
     Some(rigid)
+}
+
+/// Whether a descent from a view ends where another one is: all corners are near it.
+fn looks_the_same(view: &Matrix3<f64>, other: &Matrix3<f64>, face: &SearchedFace) -> bool {
+    let corner = |H: &Matrix3<f64>, corner: Vector2<f64>| {
+        let mapped = H * corner.push(1.0);
+        mapped.xy() / mapped.z
+    };
+    let corners = face.corners().into_iter();
+    corners
+        .map(|one| (corner(view, one) - corner(other, one)).norm())
+        .all(|distance| distance < SAME_VIEW)
 }
 
 /// How much better the matches agree with a homography of eight free parameters than with a rigid
@@ -210,8 +228,6 @@ fn points(matches: &[Match]) -> Vec<PointMatch> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use nalgebra::Vector2;
-
     use super::*;
 
     fn seen(feature: u32, (x, y): (f64, f64), ratio: f64) -> Match {
