@@ -31,8 +31,9 @@ class DetectorConfig:
         oblique: the views of each face that are learnt; None makes them for SIFT and SURF.
         pruning: how many descriptors of a face are kept, and how they are chosen.
         first_look: the most useful descriptors of each face that every frame is compared with, of
-            more than two faces fewer each (1800 in all, at least 200 of each); the others only
-            where these did not find the face. 0 = all at once.
+            more than two faces fewer each (1800 in all or 280 of each, shared out by how weak
+            their textures are); the others only where these did not find the face. 0 = all at
+            once.
         closer_look: at most so many faces of those that a first look left open are looked at
             closer, those with most matches.
         reference_side: longest side of the reference image that features are taken from [px].

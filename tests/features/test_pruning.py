@@ -30,9 +30,17 @@ def features(gray):
 def useful(gray, features):
     @cache
     def order(config=FEW):
-        return by_usefulness(features, gray, SIFT(), blur=0.8, same_place=SAME_PLACE, config=config)
+        return kept_of(features, gray, config)
 
     return order
+
+
+def useful_of(features, gray, config=FEW):
+    return by_usefulness(features, gray, SIFT(), blur=0.8, same_place=SAME_PLACE, config=config)
+
+
+def kept_of(features, gray, config=FEW):
+    return useful_of(features, gray, config).order
 
 
 def test_each_is_kept_once_and_most_are_dropped(features, useful):
@@ -54,7 +62,7 @@ def test_what_cannot_serve_is_dropped(gray, features):
         np.concatenate([features.frames] * 3),
         np.concatenate([noise, noise[::-1], features.descriptors]),
     )
-    kept = by_usefulness(mixed, gray, SIFT(), blur=0.8, same_place=SAME_PLACE, config=FEW)
+    kept = kept_of(mixed, gray)
     assert len(kept) > 100
     assert np.mean(kept >= 2 * n) > 0.99
 
@@ -69,7 +77,7 @@ def test_a_descriptor_that_also_lies_elsewhere_serves_nothing(gray, features):
     apart = np.linalg.norm(features.points - features.points[::-1], axis=1)
     far = apart > SAME_PLACE + 10
     assert np.count_nonzero(far) > 100
-    kept = by_usefulness(twice, gray, SIFT(), blur=0.8, same_place=SAME_PLACE, config=FEW)
+    kept = kept_of(twice, gray)
     # Equally near to two places is as ambiguous as can be.
     assert len(kept) > 0
     assert not np.any(far[kept % len(features)])
@@ -101,7 +109,7 @@ def test_fewer_descriptors_are_the_first_of_more(useful):
 
 
 def test_the_seed_decides(gray, features, useful):
-    again = by_usefulness(features, gray, SIFT(), blur=0.8, same_place=SAME_PLACE, config=FEW)
+    again = kept_of(features, gray)
     np.testing.assert_array_equal(again, useful())
     other = useful(replace(FEW, seed=1))
     assert not np.array_equal(other[:50], useful()[:50])
@@ -109,17 +117,30 @@ def test_the_seed_decides(gray, features, useful):
     assert len(np.intersect1d(other, useful())) > 0.5 * len(useful())
 
 
+def test_a_weakly_textured_face_serves_few_features_of_its_poor_views(photo):
+    served = {}
+    for name in ("astronaut", "rocket"):
+        gray = cv2.cvtColor(photo(name, width=200), cv2.COLOR_RGB2GRAY)
+        features = extract_oblique(SIFT(), gray, ObliqueConfig(tilts=(1.0, 2.0)))
+        served[name] = useful_of(features, gray).served
+        # Fewer descriptors cannot serve more.
+        few = useful_of(features, gray, replace(FEW, max_descriptors=50)).served
+        assert few <= served[name]
+    assert 0 <= served["rocket"] < 0.5 * served["astronaut"]
+
+
 def test_a_face_without_texture_keeps_nothing():
     flat = np.full((80, 100), 128, np.uint8)
     none = extract_oblique(SIFT(), flat, ObliqueConfig(tilts=(1.0,)))
-    kept = by_usefulness(none, flat, SIFT(), blur=0.8, same_place=SAME_PLACE, config=FEW)
-    assert len(kept) == 0
+    kept = useful_of(none, flat)
+    assert len(kept.order) == 0
+    assert kept.served == 0.0
 
 
 def test_descriptors_of_floats_are_refused(gray, features):
     floats = replace(features, descriptors=features.descriptors.astype(np.float32))
     with pytest.raises(InvalidInputError, match="only descriptors of bytes can be pruned"):
-        by_usefulness(floats, gray, SIFT(), blur=0.8, same_place=SAME_PLACE, config=FEW)
+        kept_of(floats, gray)
 
 
 @pytest.mark.parametrize(

@@ -46,7 +46,7 @@ def search(gate):
 
 
 def offer(search, frame, at, *names):
-    search.offer(frame, at, RigidTransform.identity(), names)
+    search.offer(frame, at, RigidTransform.identity(), names, closely=True)
 
 
 def until(condition):

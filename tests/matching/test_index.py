@@ -129,13 +129,13 @@ def test_a_face_without_features_takes_no_part():
     np.testing.assert_array_equal(found.face, [[1, 3, -1, -1], [3, 1, -1, -1]])
 
 
-def most_useful_first(count):
+def most_useful_first(count, served=0.0):
     """A face of so many descriptors of bytes, each at a place of its own."""
     rng = np.random.default_rng(count)
     points = np.column_stack([np.arange(count) * 20.0, np.zeros(count)]).astype(np.float32)
     frames = np.broadcast_to(np.eye(2, dtype=np.float32), (count, 2, 2))
     descriptors = rng.integers(0, 180, (count, 128)).astype(np.uint8)
-    return ReferenceSet(points, frames, descriptors, RADIUS)
+    return ReferenceSet(points, frames, descriptors, RADIUS, served)
 
 
 def seen_of(*faces):
@@ -182,9 +182,9 @@ def test_a_closer_look_is_offered_where_it_could_find_more(first, closer):
     assert same is not bool(closer)
 
 
-@pytest.mark.parametrize(("count", "first"), [(1, 800), (2, 800), (3, 608), (6, 320), (14, 224)])
+@pytest.mark.parametrize(("count", "first"), [(1, 800), (2, 800), (3, 608), (6, 320), (14, 288)])
 def test_of_many_faces_a_first_look_is_at_fewer_descriptors_each(count, first):
-    # 1800 in all and at least 200 of each, rounded up to the core's blocks of 32.
+    # 1800 in all and at least 280 of each, rounded up to the core's blocks of 32.
     faces = [most_useful_first(900 + number) for number in range(count)]
     look = make_index(faces, "native", binary=False, first=800).look(seen_of(*faces), 2)
     # Then at as many as of few faces, if these are many more, and at all.
@@ -192,6 +192,17 @@ def test_of_many_faces_a_first_look_is_at_fewer_descriptors_each(count, first):
     for face in look.faces:
         known = look.candidates.reference[look.candidates.face == face]
         assert known.max() == first - 1
+
+
+def test_a_first_look_is_at_more_descriptors_of_weakly_textured_faces():
+    served = [70.0, 30.0, 10.0, 150.0]
+    faces = [most_useful_first(900 + i, served) for i, served in enumerate(served)]
+    look = make_index(faces, "native", binary=False, first=800).look(seen_of(*faces), 2)
+    known = [look.candidates.reference[look.candidates.face == face].max() + 1 for face in range(4)]
+    # Of 1800, as 1/80 to 1/40, 1/20 and 1/160; at least 100 and at most 800, in blocks of 32.
+    np.testing.assert_array_equal(known, [256, 480, 800, 128])
+    # The poorest has had as many as a closer look would have first.
+    assert look.closer == (800, 903)
 
 
 def test_other_matchers_look_once():

@@ -181,7 +181,6 @@ class Live(ClosesAtEnd):
         self.passes += 1
         new = self._tracker.take(found.detections, found.time, found.T_fixed_camera)
         since = [one for one in self._since if one[1] > found.time]
-        self._scheduler.looked(len(since), closely=found.closely)
         # Where these are too many, the newest is one of those that are taken.
         self._tracker.catch_up(new, since[:: -1 - len(since) // _CAUGHT_UP][::-1])
 

@@ -20,10 +20,8 @@ _FIRST_GUESS = 0.002
 _NEWEST = 0.1
 # While something wanted is missing, so many objects that are tracked are looked for in one pass.
 _TRACKED_TOO = 1
-# Where a close pass takes longer than so many frames, …
-_SLOW = 4
-# … so many quick ones follow it.
-_QUICK = 2
+# While something wanted is missing, so many quick passes follow a close one.
+_QUICK = 3
 
 
 class Scheduler:
@@ -50,7 +48,6 @@ class Scheduler:
         self._seconds = _FIRST_GUESS
         self._next_track = 0
         self._quick = 0
-        self._is_slow = False
         self._turn: list[str] = list(self._library)
 
     def wanted(self, task: Task) -> list[str]:
@@ -98,7 +95,7 @@ class Scheduler:
         later = (name for name in rest if name not in now and name not in tracked)
         return [*missing, *now], [Skipped(name, None, reason) for name in later]
 
-    def sought(self, names: Sequence[str], *, closely: bool = True) -> None:
+    def sought(self, names: Sequence[str], *, closely: bool) -> None:
         """A pass for these was begun: now it is the turn of others."""
         self._quick = _QUICK if closely else max(0, self._quick - 1)
         now = set(names)
@@ -136,18 +133,13 @@ class Scheduler:
         missing = (name for name in self.wanted(task) if name not in seen)
         return any(time - self._last.get(name, time) < self._urgent_for for name in missing)
 
-    def looked(self, frames: int, *, closely: bool) -> None:
-        """A pass is done, while so many frames went by."""
-        if closely:
-            self._is_slow = frames > _SLOW
-
     def looks_closely(self, *, is_urgent: bool) -> bool:
         """Whether a detector takes its time in its next pass.
 
-        Where that is many frames, what is missed is looked for often rather than closely: most of
-        what comes back shows in a first look, and what is not there takes the longest.
+        What is missed is looked for often rather than closely: most of what comes back shows in a
+        first look, and what is not there takes the longest.
         """
-        return not (is_urgent and self._is_slow and self._quick)
+        return not (is_urgent and self._quick)
 
     def _urgency(self, track: Track, task: Task, rank: dict[str, int]) -> tuple[bool, float]:
         priorities = task.priorities or self._library

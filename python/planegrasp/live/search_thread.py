@@ -30,13 +30,11 @@ class Found:
         detections: in its frame.
         time: of the frame [s].
         T_fixed_camera: pose of the camera then.
-        closely: whether it looked closely.
     """
 
     detections: Sequence[Detection]
     time: float
     T_fixed_camera: RigidTransform
-    closely: bool
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,7 +87,7 @@ class SearchThread:
         T_fixed_camera: RigidTransform,
         names: Sequence[str],
         *,
-        closely: bool = True,
+        closely: bool,
     ) -> None:
         """Look for some objects in a frame, instead of in one that waits still.
 
@@ -124,7 +122,7 @@ class SearchThread:
             try:
                 detect = partial(self._detector.detect, closely=request.closely)
                 detections = pool.run(partial(detect, request.frame, request.names))
-                result = Found(detections, request.time, request.T_fixed_camera, request.closely)
+                result = Found(detections, request.time, request.T_fixed_camera)
             except Exception as error:
                 result = error
             with self._changed:
