@@ -90,12 +90,14 @@ def test_only_the_faces_and_the_first_descriptors_asked_for_are_looked_at():
     faces = [face(100, 16, seed) for seed in range(3)]
     index = index_of(faces, 16, 1.0)
     among = np.array([2, 0], np.uint32)
-    number, reference, *_ = index.candidates(
-        faces[2][1], 150, among=among, first=np.array([40, 40], np.uint32)
-    )
-    # Forty are rounded up to two whole blocks of 32, of each of two faces.
+    first = np.array([40, 7], np.uint32)
+    number, reference, *_ = index.candidates(faces[2][1], 150, among=among, first=first)
+    # Rounded up to whole blocks of 32: two of the last face, one of the first.
     assert set(number.ravel()) == {-1, 0, 2}
-    assert set(reference[number >= 0]) == set(range(64))
+    assert set(reference[number == 2]) == set(range(64))
+    assert set(reference[number == 0]) == set(range(32))
+    with pytest.raises(InvalidInputError, match="a number for each of the 2 faces, got 1"):
+        index.candidates(faces[2][1], 150, among=among, first=first[:1])
     with pytest.raises(InvalidInputError, match="face 3 is not in the index"):
         index.candidates(faces[2][1], 1, among=np.array([3], np.uint32))
 

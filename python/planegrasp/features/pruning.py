@@ -139,10 +139,10 @@ def by_usefulness(
     order = _core.by_usefulness(
         len(features), server.astype(np.uint32), feature.astype(np.uint32), trial.view
     )
-    order = order[: config.max_descriptors].astype(np.intp)
-    served = np.unique(feature[np.isin(server, order)])
+    kept = order[: config.max_descriptors].astype(np.intp)
+    served = np.unique(feature[np.isin(server, kept)])
     of_view = np.bincount(trial.view[served], minlength=config.views)
-    return Useful(order, float(np.quantile(of_view, _POOR_VIEWS)))
+    return Useful(kept, float(np.quantile(of_view, _POOR_VIEWS)))
 
 
 def _trial(

@@ -174,7 +174,8 @@ class NativeIndex:
         shares = in_all * need / max(need.sum(), np.finfo(np.float64).tiny)
         if self._first * len(faces) <= in_all:
             shares[:] = self._first
-        return np.clip(shares, min(_FIRST_AT_LEAST, self._first), self._first).astype(np.uint32)
+        least = min(_FIRST_AT_LEAST, self._first)
+        return np.asarray(np.clip(shares, least, self._first), dtype=np.uint32)
 
     def look_closer(
         self, features: Features, k: int, faces: NDArray[np.uint32], most: int
