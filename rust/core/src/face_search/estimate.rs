@@ -229,6 +229,7 @@ fn points(matches: &[Match]) -> Vec<PointMatch> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
+    use crate::face_search::scenes::{plain_face, view};
 
     fn seen(feature: u32, (x, y): (f64, f64), ratio: f64) -> Match {
         Match {
@@ -241,6 +242,17 @@ mod tests {
                 target: Vector2::new(x, y),
             },
         }
+    }
+
+    #[test]
+    fn a_view_looks_the_same_where_no_corner_is_far_away() {
+        let (face, here) = (plain_face(&[]), view(20.0, 30.0));
+        let moved = |x: f64| Matrix3::new_translation(&Vector2::new(x, 0.0)) * here;
+        assert!(looks_the_same(&moved(0.9), &here, &face));
+        assert!(!looks_the_same(&moved(1.1), &here, &face));
+        // Turned to the other side it looks nearly the same in the middle, not at its corners.
+        assert!(!looks_the_same(&view(-20.0, 30.0), &here, &face));
+        assert!(!looks_the_same(&Matrix3::zeros(), &here, &face));
     }
 
     #[test]
