@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 NATIVE = "native"
 # Of more than two faces a first look compares with fewer descriptors each: so many in all, or …
 _FIRST_IN_ALL = 1800
-# … so many of each on average, the fewer the more features its poor views have, …
+# … so many of each on average. A face gets the more the fewer features its poor views have: a share
+# as one over their number and this.
 _FIRST_EACH = 280
-# … which is one over their number and this, …
-_SERVED = 10.0
-# … but at least so many.
+_NEED_OFFSET = 10.0
+# But at least so many.
 _FIRST_AT_LEAST = 100
 # A look between the first and the last is at this many times more descriptors than the first.
 _MUCH_CLOSER = 1.5
@@ -126,7 +126,8 @@ class NativeIndex:
         self._index = _core.ReferenceIndex(length, is_binary=binary, farthest=farthest)
         self._first = first or None
         self._sizes: list[int] = []
-        self._served: list[float] = []
+        # How large each face's share of a first look is, relative to others.
+        self._need: list[float] = []
         for face in faces:
             self.add(face)
 
@@ -140,7 +141,7 @@ class NativeIndex:
         descriptors = face.descriptors.astype(np.uint8, copy=False)
         self._index.add(face.points, descriptors, face.radius)
         self._sizes.append(len(face.points))
-        self._served.append(face.served)
+        self._need.append(1.0 / (_NEED_OFFSET + face.served))
 
     def look(self, features: Features, k: int, among: NDArray[np.uint32] | None = None) -> Look:
         """See `ReferenceIndex.look`."""
@@ -169,11 +170,11 @@ class NativeIndex:
         """
         if self._first is None:
             return None
-        need = np.array([1.0 / (_SERVED + self._served[face]) for face in faces])
         in_all = max(_FIRST_IN_ALL, _FIRST_EACH * len(faces))
-        shares = in_all * need / max(need.sum(), np.finfo(np.float64).tiny)
         if self._first * len(faces) <= in_all:
-            shares[:] = self._first
+            return np.full(len(faces), self._first, np.uint32)
+        need = np.array([self._need[face] for face in faces])
+        shares = in_all * need / need.sum()
         least = min(_FIRST_AT_LEAST, self._first)
         return np.asarray(np.clip(shares, least, self._first), dtype=np.uint32)
 

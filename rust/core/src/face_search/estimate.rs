@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use nalgebra::{Matrix3, Vector2};
+use nalgebra::Matrix3;
 
 use super::evidence::{FaceEvidence, Match};
 use super::face::SearchedFace;
@@ -136,14 +136,11 @@ pub fn refine(
 
 /// Whether a descent from a view ends where another one is: all corners are near it.
 fn looks_the_same(view: &Matrix3<f64>, other: &Matrix3<f64>, face: &SearchedFace) -> bool {
-    let corner = |H: &Matrix3<f64>, corner: Vector2<f64>| {
-        let mapped = H * corner.push(1.0);
-        mapped.xy() / mapped.z
+    let [Ok(here), Ok(there)] = [view, other].map(|H| convex_outline(H, face)) else {
+        return false;
     };
-    let corners = face.corners().into_iter();
-    corners
-        .map(|one| (corner(view, one) - corner(other, one)).norm())
-        .all(|distance| distance < SAME_VIEW)
+    let mut corners = here.iter().zip(&there);
+    corners.all(|(a, b)| (a - b).norm() < SAME_VIEW)
 }
 
 /// How much better the matches agree with a homography of eight free parameters than with a rigid
@@ -228,6 +225,8 @@ fn points(matches: &[Match]) -> Vec<PointMatch> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
+    use nalgebra::Vector2;
+
     use super::*;
     use crate::face_search::scenes::{plain_face, view};
 
