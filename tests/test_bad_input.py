@@ -163,6 +163,12 @@ def face(n, length=8):
     return points, rng.integers(0, 256, (n, length)).astype(np.uint8)
 
 
+def keypoints(n):
+    """Points, scales and angles; some of these say nothing."""
+    points = np.zeros((n, 2), np.float32)
+    return points, np.arange(n, dtype=np.float32), np.full(n, np.nan, np.float32)
+
+
 @pytest.mark.parametrize("is_binary", [False, True])
 @pytest.mark.parametrize("references", [0, 1, 2])
 @pytest.mark.parametrize("queries", [0, 1, 40])
@@ -170,7 +176,7 @@ def test_the_index_answers_for_hardly_any_descriptors(is_binary, references, que
     index = _core.ReferenceIndex(8, is_binary=is_binary)
     index.add(*face(references), 1.0)
     descriptors = face(queries)[1]
-    proposed = index.propose(descriptors)
+    proposed = index.propose(descriptors, *keypoints(queries))
     number, reference, distance, ratio = index.candidates(descriptors, 3, among=proposed)
     assert number.shape == reference.shape == distance.shape == (queries, 3)
     assert ratio.shape == (queries,)
@@ -190,7 +196,7 @@ def test_the_index_takes_any_radius_and_refuses_impossible_lengths_and_faces():
         index = _core.ReferenceIndex(8, is_binary=False)
         index.add(*face(20), radius)
         queries = face(5)[1]
-        ratio = index.candidates(queries, 4, among=index.propose(queries))[3]
+        ratio = index.candidates(queries, 4, among=index.propose(queries, *keypoints(5)))[3]
         assert not np.any(np.isnan(ratio))
     for length in (5000, 2**60):
         with pytest.raises(InvalidInputError):

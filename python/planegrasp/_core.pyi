@@ -388,8 +388,12 @@ class ReferenceIndex:
         points: NDArray[np.float32],
         descriptors: NDArray[np.uint8],
         radius: float,
+        *,
+        frames: NDArray[np.float32] | None = None,
     ) -> int:
-        """Add a face (N×2, N×length; see `planegrasp.matching.ReferenceSet`).
+        """Add a face (N×2, N×length, N×2×2; see `planegrasp.matching.ReferenceSet`).
+
+        Without frames all keypoints are taken to be upright and of unit size.
 
         Returns:
             Its number: the next one, counting those that were removed.
@@ -398,8 +402,21 @@ class ReferenceIndex:
     def remove(self, face: int) -> None:
         """Remove a face. The others keep their numbers."""
 
-    def propose(self, descriptors: NDArray[np.uint8]) -> NDArray[np.uint32]:
-        """Numbers of the faces worth looking at for these descriptors: all of a small library."""
+    def propose(
+        self,
+        descriptors: NDArray[np.uint8],
+        points: NDArray[np.float32],
+        scales: NDArray[np.float32],
+        angles: NDArray[np.float32],
+    ) -> NDArray[np.uint32]:
+        """Numbers of the faces worth looking at for these descriptors: all of a small library.
+
+        Args:
+            descriptors: N×length.
+            points: N×2, their keypoints [px].
+            scales: N, of the keypoints.
+            angles: N, likewise [rad].
+        """
 
     def candidates(
         self,

@@ -21,8 +21,16 @@ def index_of(faces, length, radius, *, is_binary=False):
     return index
 
 
+def keypoints(n):
+    """Points, scales and angles."""
+    rng = np.random.default_rng(n)
+    points, scales, angles = rng.uniform(0, 480, (n, 2)), rng.uniform(2, 9, n), rng.uniform(0, 6, n)
+    return tuple(a.astype(np.float32) for a in (points, scales, angles))
+
+
 def candidates(index, queries, k):
-    return index.candidates(queries, k, among=index.propose(queries))
+    among = index.propose(queries, *keypoints(len(queries)))
+    return index.candidates(queries, k, among=among)
 
 
 def plain(faces, queries, radius, *, is_binary):
@@ -102,12 +110,43 @@ def test_only_the_faces_and_the_first_descriptors_asked_for_are_looked_at():
         index.candidates(faces[2][1], 1, among=np.array([3], np.uint32))
 
 
+def test_a_large_library_proposes_what_is_seen_in_one_piece():
+    rng = np.random.default_rng(0)
+    index = _core.ReferenceIndex(32, is_binary=False)
+    taught = []
+    for _ in range(15):
+        points = rng.uniform(0, 400, (3000, 2)).astype(np.float32)
+        descriptors = rng.integers(0, 256, (3000, 32)).astype(np.uint8)
+        angles, scales = rng.uniform(0, 2 * np.pi, 3000), rng.uniform(2, 20, 3000)
+        cosine, sine = scales * np.cos(angles), scales * np.sin(angles)
+        frames = np.stack([cosine, -sine, sine, cosine], axis=1).reshape(-1, 2, 2)
+        index.add(points, descriptors, 10.0, frames=frames.astype(np.float32))
+        taught.append((points, descriptors, scales, angles))
+    points, descriptors, scales, angles = (a[:6] for a in taught[4])
+    # Turned by 1 rad, half as large.
+    c, s = np.cos(1.0), np.sin(1.0)
+    seen = 0.5 * points @ np.array([[c, s], [-s, c]]) + 100
+    placed = [a.astype(np.float32) for a in (seen, 0.5 * scales, angles + 1.0)]
+    np.testing.assert_array_equal(index.propose(descriptors, *placed), [4])
+    # The same descriptors, each where another view of the face would have it.
+    steps = np.arange(6, dtype=np.float32)
+    seen, scales, angles = placed
+    for elsewhere in (
+        (seen + 1000 * steps[:, None], scales, angles),
+        (seen, scales * 4**steps, angles),
+        (seen, scales, angles + steps),
+    ):
+        assert len(index.propose(descriptors, *elsewhere)) == 0
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
         ({"points": np.zeros((5, 3), np.float32)}, r"points must be N rows of shape \[2\]"),
         ({"descriptors": np.zeros((5, 9), np.uint8)}, r"descriptors must be N×8, got .*\[5, 9\]"),
         ({"descriptors": np.zeros((4, 8), np.uint8)}, "5 keypoints need 5 descriptors"),
+        ({"frames": np.zeros((5, 4), np.float32)}, r"frames must be N rows of shape \[2, 2\]"),
+        ({"frames": np.zeros((4, 2, 2), np.float32)}, "each keypoint needs a frame, got 5 and 4"),
     ],
 )
 def test_arrays_that_do_not_fit_are_refused(change, message):
@@ -123,3 +162,7 @@ def test_impossible_searches_are_refused():
     index = _core.ReferenceIndex(8, is_binary=False)
     with pytest.raises(InvalidInputError, match="k must be at least 1"):
         candidates(index, np.zeros((1, 8), np.uint8), 0)
+    with pytest.raises(InvalidInputError, match="2 points, 2 scales and 3 angles"):
+        index.propose(np.zeros((2, 8), np.uint8), *keypoints(2)[:2], keypoints(3)[2])
+    with pytest.raises(InvalidInputError, match="3 keypoints need 3 descriptors"):
+        index.propose(np.zeros((2, 8), np.uint8), *keypoints(3))

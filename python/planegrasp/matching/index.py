@@ -139,14 +139,17 @@ class NativeIndex:
     def add(self, face: ReferenceSet) -> None:
         """Add a face, which gets the next number; nothing is built anew."""
         descriptors = face.descriptors.astype(np.uint8, copy=False)
-        self._index.add(face.points, descriptors, face.radius)
+        self._index.add(face.points, descriptors, face.radius, frames=face.frames)
         self._sizes.append(len(face.points))
         self._need.append(1.0 / (_NEED_OFFSET + face.served))
 
     def look(self, features: Features, k: int, among: NDArray[np.uint32] | None = None) -> Look:
         """See `ReferenceIndex.look`."""
         descriptors = features.descriptors.astype(np.uint8, copy=False)
-        faces = self._index.propose(descriptors) if among is None else among
+        faces = among
+        if faces is None:
+            keypoints = features.points, features.scales, features.angles
+            faces = self._index.propose(descriptors, *keypoints)
         first = self._shares(faces)
         found = self._index.candidates(descriptors, k, among=faces, first=first)
         return Look(Candidates(*found), faces, self._closer(faces, first))

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use numpy::{PyReadonlyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
-use planegrasp_core::matching::{self as core, Metric, NONE};
+use planegrasp_core::matching::{self as core, KeypointShape, Metric, NONE, QueryKeypoint};
 use pyo3::prelude::*;
 
 use crate::arrays::values;
@@ -55,17 +55,25 @@ impl ReferenceIndex {
     }
 
     /// Adds a face and returns its number.
+    #[pyo3(signature = (points, descriptors, radius, *, frames = None))]
     fn add(
         &mut self,
         py: Python<'_>,
         points: PyReadonlyArrayDyn<'_, f32>,
         descriptors: PyReadonlyArrayDyn<'_, u8>,
         radius: f32,
+        frames: Option<PyReadonlyArrayDyn<'_, f32>>,
     ) -> PyResult<usize> {
         let points = rows(&points, &[2], "points")?;
         let descriptors = self.descriptors(&descriptors)?.into_owned();
+        let frames = frames.map(|frames| rows::<4>(&frames, &[2, 2], "frames"));
+        let frames = frames.transpose()?;
         py.detach(|| {
             let set = core::ReferenceSet::new(points, descriptors, self.length, radius)?;
+            let set = match frames {
+                Some(frames) => set.with_frames(&frames)?,
+                None => set,
+            };
             self.index.add(set)
         })
         .map_err(from_input_error)
@@ -82,9 +90,13 @@ impl ReferenceIndex {
         &self,
         py: Python<'py>,
         descriptors: PyReadonlyArrayDyn<'_, u8>,
+        points: PyReadonlyArrayDyn<'_, f32>,
+        scales: PyReadonlyArrayDyn<'_, f32>,
+        angles: PyReadonlyArrayDyn<'_, f32>,
     ) -> PyResult<Bound<'py, PyArray1<u32>>> {
         let queries = self.descriptors(&descriptors)?;
-        py.detach(|| self.index.propose(&queries))
+        let keypoints = keypoints(&points, &scales, &angles)?;
+        py.detach(|| self.index.propose(&queries, &keypoints))
             .map(|faces| PyArray1::from_vec(py, faces))
             .map_err(from_input_error)
     }
@@ -126,6 +138,36 @@ impl ReferenceIndex {
             ))),
         }
     }
+}
+
+/// N×2 points, N scales and N angles as keypoints.
+fn keypoints(
+    points: &PyReadonlyArrayDyn<'_, f32>,
+    scales: &PyReadonlyArrayDyn<'_, f32>,
+    angles: &PyReadonlyArrayDyn<'_, f32>,
+) -> PyResult<Vec<QueryKeypoint>> {
+    let (points, scales, angles) = (
+        rows(points, &[2], "points")?,
+        values(scales),
+        values(angles),
+    );
+    if [scales.len(), angles.len()] != [points.len(); 2] {
+        return Err(invalid_input(format!(
+            "each point needs a scale and an angle, got {} points, {} scales and {} angles",
+            points.len(),
+            scales.len(),
+            angles.len()
+        )));
+    }
+    let shapes = scales.iter().zip(angles.iter());
+    Ok(points
+        .into_iter()
+        .zip(shapes)
+        .map(|(point, (&scale, &angle))| QueryKeypoint {
+            point,
+            shape: KeypointShape::new(scale.into(), angle.into()),
+        })
+        .collect())
 }
 
 /// Each face once, ascending, and how many of its descriptors to look at: all without `first`.

@@ -4,7 +4,8 @@
 use arbitrary::{Arbitrary, Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
 use planegrasp_core::matching::{
-    Candidates, Kernel, Metric, ProposalSettings, ReferenceIndex, ReferenceSet,
+    Candidates, Kernel, KeypointShape, Metric, ProposalSettings, QueryKeypoint, ReferenceIndex,
+    ReferenceSet,
 };
 use planegrasp_fuzz::Number;
 
@@ -13,6 +14,7 @@ enum Step {
     Add {
         rows: u8,
         radius: Number,
+        frame: Option<[Number; 4]>,
     },
     AddAnotherLength {
         length: u16,
@@ -25,6 +27,7 @@ enum Step {
         k: u8,
         among: Vec<u8>,
         first: Option<u16>,
+        keypoint: [Number; 4],
     },
     Odd {
         bytes: u8,
@@ -102,12 +105,20 @@ fn apply(index: &mut ReferenceIndex, step: &Step, data: &[u8]) -> (bool, Vec<u32
     let mut faces = Vec::new();
     let succeeded;
     match step {
-        Step::Add { rows, radius } => {
+        Step::Add {
+            rows,
+            radius,
+            frame,
+        } => {
             let count = usize::from(*rows);
             let points = (0..count).map(|i| [(i % 5) as f32, 1.0]).collect();
             let length = data.len().checked_div(count).unwrap_or(8);
             let radius = radius.0 as f32;
             let set = ReferenceSet::new(points, data.to_vec(), length, radius);
+            let set = set.and_then(|set| match frame {
+                Some(frame) => set.with_frames(&vec![numbers(frame); count]),
+                None => Ok(set),
+            });
             succeeded = set.is_ok_and(|set| index.add(set).is_ok());
         }
         Step::AddAnotherLength { length } => {
@@ -117,7 +128,11 @@ fn apply(index: &mut ReferenceIndex, step: &Step, data: &[u8]) -> (bool, Vec<u32
         }
         Step::Remove { face } => succeeded = index.remove((*face).into()).is_ok(),
         Step::Search {
-            k, among, first, ..
+            rows,
+            k,
+            among,
+            first,
+            keypoint,
         } => {
             let mut among: Vec<u32> = among.iter().map(|&face| face.into()).collect();
             among.truncate(12);
@@ -128,7 +143,13 @@ fn apply(index: &mut ReferenceIndex, step: &Step, data: &[u8]) -> (bool, Vec<u32
             succeeded = index
                 .candidates_into(data, (*k).into(), &scope, &mut found)
                 .is_ok();
-            if let Ok(proposed) = index.propose(data) {
+            let [x, y, scale, angle] = numbers(keypoint);
+            let keypoint = |i: u8| QueryKeypoint {
+                point: [x + f32::from(i), y],
+                shape: KeypointShape::new((scale * f32::from(i)).into(), angle.into()),
+            };
+            let keypoints: Vec<_> = (0..*rows).map(keypoint).collect();
+            if let Ok(proposed) = index.propose(data, &keypoints) {
                 assert!(proposed.is_sorted() && proposed.len() <= index.faces().len());
                 faces = proposed;
             }
@@ -141,6 +162,10 @@ fn apply(index: &mut ReferenceIndex, step: &Step, data: &[u8]) -> (bool, Vec<u32
     // NaN is not equal to itself, and there must not be any.
     assert!(found.ratio.iter().all(|ratio| *ratio >= 0.0), "{found:?}");
     (succeeded, faces, found)
+}
+
+fn numbers(all: &[Number; 4]) -> [f32; 4] {
+    [0, 1, 2, 3].map(|i| all[i].0 as f32)
 }
 
 /// Candidates are of faces and references that there are, and are sorted.

@@ -3,7 +3,7 @@
 use super::exhaustive::Search;
 use super::kernel::Kernel;
 use super::proposal::{InvertedFile, ProposalSettings};
-use super::{Candidates, Metric, ReferenceSet};
+use super::{Candidates, Metric, QueryKeypoint, ReferenceSet};
 use crate::InputError;
 
 /// Most neighbours of one query: memory for as many is taken before there are any.
@@ -11,8 +11,8 @@ const MOST_NEIGHBOURS: usize = 4096;
 
 /// Nearest-neighbour search over all faces together.
 ///
-/// The search is exact among the faces it looks at. Of a small library these are all, of a large one
-/// those that an inverted file proposes, see [`ProposalSettings`].
+/// The search is exact among the faces it is asked for. Of a small library these are all, of a large
+/// one those that [`Self::propose`] gives, see [`ProposalSettings`].
 #[derive(Debug, Clone)]
 pub struct ReferenceIndex {
     kernel: Kernel,
@@ -153,29 +153,39 @@ impl ReferenceIndex {
     /// The faces that are worth looking at for these descriptors, ascending: all of a small library.
     ///
     /// # Errors
-    /// [`InputError::DescriptorCount`] where the queries are no whole number of descriptors.
-    pub fn propose(&self, queries: &[u8]) -> Result<Vec<u32>, InputError> {
-        self.check(queries)?;
+    /// [`InputError::DescriptorCount`] where there is no whole descriptor a keypoint.
+    pub fn propose(
+        &self,
+        queries: &[u8],
+        keypoints: &[QueryKeypoint],
+    ) -> Result<Vec<u32>, InputError> {
+        if queries.len() != keypoints.len() * self.length {
+            return Err(InputError::DescriptorCount {
+                points: keypoints.len(),
+                length: self.length,
+                bytes: queries.len(),
+            });
+        }
         let proposed = self
             .inverted
             .as_ref()
             .filter(|_| self.proposes())
-            .map(|file| file.propose(queries, self.length, self.faces.len()));
+            .map(|file| file.propose(queries, keypoints, self.length, &self.faces));
         Ok(proposed.unwrap_or_else(|| self.present.clone()))
     }
 
-    /// The k nearest references of each descriptor among the faces that are proposed, and the ratio
-    /// to the nearest elsewhere.
+    /// The k nearest references of each descriptor among all faces, and the ratio to the nearest
+    /// elsewhere.
     ///
-    /// The descriptors lie one after the other. The result does not depend on the number of
-    /// threads nor on the processor.
+    /// The descriptors lie one after the other. The result does not depend on the number of threads
+    /// nor on the processor.
     ///
     /// # Errors
     /// Those of [`Self::candidates_into`].
     pub fn candidates(&self, queries: &[u8], k: usize) -> Result<Candidates, InputError> {
         let mut found = Candidates::default();
-        let proposed = self.propose(queries)?.into_iter();
-        let among: Vec<(u32, usize)> = proposed.map(|face| (face, usize::MAX)).collect();
+        let present = self.present.iter();
+        let among: Vec<(u32, usize)> = present.map(|&face| (face, usize::MAX)).collect();
         self.candidates_into(queries, k, &among, &mut found)?;
         Ok(found)
     }

@@ -8,6 +8,7 @@ mod candidates;
 mod exhaustive;
 mod index;
 mod kernel;
+mod keypoint_shape;
 mod nearest;
 #[cfg(test)]
 mod oracle;
@@ -21,5 +22,6 @@ mod tests;
 pub use candidates::{Candidates, NONE};
 pub use index::ReferenceIndex;
 pub use kernel::Kernel;
+pub use keypoint_shape::{KeypointShape, QueryKeypoint};
 pub use proposal::ProposalSettings;
 pub use reference::{Metric, ReferenceSet};

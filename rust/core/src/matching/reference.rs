@@ -1,5 +1,6 @@
 //! What the index keeps of a face.
 
+use super::KeypointShape;
 use super::blocks::DescriptorBlocks;
 use crate::InputError;
 
@@ -20,6 +21,7 @@ const LONGEST: usize = 4096;
 pub struct ReferenceSet {
     points: Vec<[f32; 2]>,
     descriptors: DescriptorBlocks,
+    shapes: Vec<KeypointShape>,
     radius: f32,
 }
 
@@ -53,9 +55,29 @@ impl ReferenceSet {
             });
         }
         Ok(Self {
+            shapes: vec![KeypointShape::UPRIGHT; points.len()],
             points,
             descriptors: DescriptorBlocks::new(&descriptors, length),
             radius,
+        })
+    }
+
+    /// The same with the keypoints' own frames, which are upright and of unit size without: 2×2 row by
+    /// row, from the keypoint's own coordinates to the reference.
+    ///
+    /// # Errors
+    /// [`InputError::FrameCount`] unless there is one a point.
+    pub fn with_frames(self, frames: &[[f32; 4]]) -> Result<Self, InputError> {
+        if frames.len() != self.points.len() {
+            return Err(InputError::FrameCount {
+                points: self.points.len(),
+                frames: frames.len(),
+            });
+        }
+        let shapes = frames.iter().map(|&one| KeypointShape::of_frame(one));
+        Ok(Self {
+            shapes: shapes.collect(),
+            ..self
         })
     }
 
@@ -66,7 +88,8 @@ impl ReferenceSet {
 
     /// Bytes that it occupies.
     pub fn bytes(&self) -> usize {
-        size_of_val(self.points.as_slice()) + self.descriptors.bytes()
+        let keypoints = size_of_val(&self.points[..]) + size_of_val(&self.shapes[..]);
+        keypoints + self.descriptors.bytes()
     }
 
     /// Whether there are none.
@@ -77,6 +100,11 @@ impl ReferenceSet {
     /// Where the descriptors were taken, reference image in edge coordinates.
     pub fn points(&self) -> &[[f32; 2]] {
         &self.points
+    }
+
+    /// How the keypoints are turned and how large they are.
+    pub fn shapes(&self) -> &[KeypointShape] {
+        &self.shapes
     }
 
     /// A copy of the descriptors, one after the other.

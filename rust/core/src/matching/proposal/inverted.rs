@@ -7,11 +7,14 @@ use super::codebook::Codebook;
 use super::signature::{BITS, Projection, Projector, signature};
 use super::votes;
 use crate::matching::kernel::Kernel;
-use crate::matching::{Metric, ReferenceSet};
+use crate::matching::{Metric, QueryKeypoint, ReferenceSet};
 use crate::random::SplitMix64;
 
 /// Descriptors that each word is trained with, on average.
 const SAMPLE: usize = 16;
+/// Descriptors of a word, on average, when the words are trained: with fewer, what looks alike is in
+/// different words too often.
+const FEWEST_OF_A_WORD: usize = 32;
 /// The words are trained again when the library has grown by this factor.
 const GROWTH: usize = 8;
 const SEED: u64 = 0x5eed;
@@ -23,6 +26,8 @@ pub struct Postings {
     pub signatures: Vec<u64>,
     /// The face of each.
     pub faces: Vec<u32>,
+    /// Which one of the face it is.
+    pub references: Vec<u32>,
 }
 
 /// Descriptors of all faces, sorted by words; as signatures, not in full.
@@ -47,7 +52,11 @@ impl InvertedFile {
     ) -> Self {
         let mut random = SplitMix64::new(SEED);
         let sample = sample(faces, length, &settings);
-        let words = settings.words.min(sample.len() / length);
+        let filed: usize = faces
+            .iter()
+            .map(|face| face.len().min(settings.first))
+            .sum();
+        let words = settings.words.min(filed.div_ceil(FEWEST_OF_A_WORD));
         let codebook = Codebook::train(how, &sample, length, words, &mut random);
         let projector = Projector::new(how.0, length, &mut random);
         let mut file = Self {
@@ -68,7 +77,11 @@ impl InvertedFile {
     pub fn bytes(&self) -> usize {
         let lists = self.lists.iter();
         lists
-            .map(|list| size_of_val(&list.signatures[..]) + size_of_val(&list.faces[..]))
+            .map(|list| {
+                size_of_val(&list.signatures[..])
+                    + size_of_val(&list.faces[..])
+                    + size_of_val(&list.references[..])
+            })
             .sum()
     }
 
@@ -82,13 +95,15 @@ impl InvertedFile {
         let (mut descriptors, length) = (face.descriptors(), face.length().max(1));
         descriptors.truncate(self.settings.first.saturating_mul(length));
         let words = self.codebook.nearest(&descriptors, 1);
-        for (descriptor, word) in descriptors.chunks_exact(length).zip(words) {
+        let descriptors = descriptors.chunks_exact(length);
+        for (reference, (descriptor, word)) in descriptors.zip(words).enumerate() {
             let word = word as usize;
             let projection = self.projector.project(descriptor);
             let list = &mut self.lists[word];
             list.signatures
                 .push(signature(&projection, &self.centres[word]));
             list.faces.push(number);
+            list.references.push(reference as u32);
         }
     }
 
@@ -97,36 +112,49 @@ impl InvertedFile {
         self.lists.par_iter_mut().for_each(|list| {
             let mut faces = list.faces.iter();
             list.signatures.retain(|_| faces.next() != Some(&number));
+            let mut faces = list.faces.iter();
+            list.references.retain(|_| faces.next() != Some(&number));
             list.faces.retain(|&face| face != number);
         });
     }
 
-    /// The faces with most votes of the queries, ascending.
+    /// The faces with most votes of the queries that agree where the face is, ascending.
     ///
-    /// `count`: of faces in the index. The result does not depend on the number of threads.
-    pub fn propose(&self, queries: &[u8], length: usize, count: usize) -> Vec<u32> {
+    /// `keypoints`: of the queries. `faces`: all that were added, by their numbers. The result does not
+    /// depend on the number of threads.
+    pub fn propose(
+        &self,
+        queries: &[u8],
+        keypoints: &[QueryKeypoint],
+        length: usize,
+        faces: &[ReferenceSet],
+    ) -> Vec<u32> {
         let probes = self.settings.probes.min(self.lists.len());
         let words = self.codebook.nearest(queries, probes);
         let votes = queries
             .par_chunks_exact(length)
             .zip(words.par_chunks_exact(probes))
+            .zip(keypoints)
             .with_min_len(16)
             .fold(
-                || votes::Ballot::new(count),
-                |mut ballot, (query, words)| {
+                || votes::Ballot::new(faces),
+                |mut ballot, ((query, words), &keypoint)| {
                     let projection = self.projector.project(query);
                     for &word in words {
                         let word = word as usize;
                         let bits = signature(&projection, &self.centres[word]);
                         ballot.mark(bits, &self.lists[word], self.settings.bits);
                     }
-                    ballot.cast();
+                    ballot.cast(keypoint);
                     ballot
                 },
             )
             .map(votes::Ballot::into_votes)
-            .reduce(|| vec![0; count], votes::sum);
-        votes::most(&votes, self.settings.faces)
+            .reduce(Vec::new, |mut a, b| {
+                a.extend(b);
+                a
+            });
+        votes::most(votes, faces, self.settings.faces)
     }
 }
 

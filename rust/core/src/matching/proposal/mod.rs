@@ -14,6 +14,8 @@ pub use inverted::InvertedFile;
 use crate::InputError;
 
 /// How faces are proposed.
+///
+/// Not at all where no two descriptors agree where a face is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ProposalSettings {
     /// Libraries of more descriptors than this propose faces; smaller ones look at all.
@@ -22,7 +24,7 @@ pub struct ProposalSettings {
     pub first: usize,
     /// Most faces that are proposed; libraries of no more look at all.
     pub faces: usize,
-    /// Words of the codebook.
+    /// Most words of the codebook: small libraries have fewer.
     pub words: usize,
     /// Nearest words of each query that are looked up.
     pub probes: usize,
@@ -61,7 +63,7 @@ impl Default for ProposalSettings {
             faces: 12,
             words: 4096,
             probes: 4,
-            bits: 10,
+            bits: 14,
         }
     }
 }
