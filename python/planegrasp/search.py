@@ -220,7 +220,7 @@ class FaceSearch:
     def not_proposed(self, face: int) -> FaceReport:
         """The report of a face that a large library's index did not propose."""
         reference = self._references[face]
-        reason = "other faces of the library look more like the frame"
+        reason = "too few features agree where it is, beside those of the library's other faces"
         names = reference.object.name, reference.face.name
         return FaceReport(*names, 0, found=False, stage="proposal", reason=reason)
 
