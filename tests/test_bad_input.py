@@ -158,9 +158,11 @@ def test_a_budget_beyond_all_memory_is_no_limit():
 
 
 def face(n, length=8):
+    """Points, frames without area, and descriptors."""
     rng = np.random.default_rng(n)
     points = rng.uniform(0, 90, (n, 2)).astype(np.float32)
-    return points, rng.integers(0, 256, (n, length)).astype(np.uint8)
+    frames = np.zeros((n, 2, 2), np.float32)
+    return points, frames, rng.integers(0, 256, (n, length)).astype(np.uint8)
 
 
 def keypoints(n):
@@ -175,7 +177,7 @@ def keypoints(n):
 def test_the_index_answers_for_hardly_any_descriptors(is_binary, references, queries):
     index = _core.ReferenceIndex(8, is_binary=is_binary)
     index.add(*face(references), 1.0)
-    descriptors = face(queries)[1]
+    descriptors = face(queries)[2]
     proposed = index.propose(descriptors, *keypoints(queries))
     number, reference, distance, ratio = index.candidates(descriptors, 3, among=proposed)
     assert number.shape == reference.shape == distance.shape == (queries, 3)
@@ -188,14 +190,14 @@ def test_the_index_refuses_more_neighbours_than_there_is_memory_for():
     index = _core.ReferenceIndex(8, is_binary=False)
     for k in (4097, 2**40, 2**62):
         with pytest.raises(InvalidInputError, match="k must be"):
-            index.candidates(face(3)[1], k, among=np.zeros(0, np.uint32))
+            index.candidates(face(3)[2], k, among=np.zeros(0, np.uint32))
 
 
 def test_the_index_takes_any_radius_and_refuses_impossible_lengths_and_faces():
     for radius in ENDS:
         index = _core.ReferenceIndex(8, is_binary=False)
         index.add(*face(20), radius)
-        queries = face(5)[1]
+        queries = face(5)[2]
         ratio = index.candidates(queries, 4, among=index.propose(queries, *keypoints(5)))[3]
         assert not np.any(np.isnan(ratio))
     for length in (5000, 2**60):
@@ -204,7 +206,7 @@ def test_the_index_takes_any_radius_and_refuses_impossible_lengths_and_faces():
     with pytest.raises(InvalidInputError, match="not in the index"):
         index.remove(2**60)
     with pytest.raises(InvalidInputError, match="not in the index"):
-        index.candidates(face(5)[1], 4, among=np.array([2**32 - 1], np.uint32))
+        index.candidates(face(5)[2], 4, among=np.array([2**32 - 1], np.uint32))
 
 
 def is_typed_or_finite(call):

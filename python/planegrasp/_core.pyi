@@ -386,14 +386,11 @@ class ReferenceIndex:
     def add(
         self,
         points: NDArray[np.float32],
+        frames: NDArray[np.float32],
         descriptors: NDArray[np.uint8],
         radius: float,
-        *,
-        frames: NDArray[np.float32] | None = None,
     ) -> int:
-        """Add a face (N×2, N×length, N×2×2; see `planegrasp.matching.ReferenceSet`).
-
-        Without frames all keypoints are taken to be upright and of unit size.
+        """Add a face (N×2, N×2×2, N×length; see `planegrasp.matching.ReferenceSet`).
 
         Returns:
             Its number: the next one, counting those that were removed.
@@ -409,11 +406,14 @@ class ReferenceIndex:
         scales: NDArray[np.float32],
         angles: NDArray[np.float32],
     ) -> NDArray[np.uint32]:
-        """Numbers of the faces worth looking at for these descriptors: all of a small library.
+        """Numbers of the faces worth looking at for these descriptors.
+
+        Those are all of a small library. Of a large one they are those that several descriptors
+        put at the same place, perhaps none.
 
         Args:
             descriptors: N×length.
-            points: N×2, their keypoints [px].
+            points: N×2, their keypoints [px]; lens distortion does not matter.
             scales: N, of the keypoints.
             angles: N, likewise [rad].
         """

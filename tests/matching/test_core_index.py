@@ -8,15 +8,20 @@ from planegrasp.errors import InvalidInputError
 
 
 def face(n, length, seed):
+    """Points and descriptors."""
     rng = np.random.default_rng(seed)
     points = rng.integers(0, 4, (n, 2)).astype(np.float32) * 10
     return points, rng.integers(0, 128, (n, length)).astype(np.uint8)
 
 
+def upright(n):
+    return np.tile(np.eye(2, dtype=np.float32), (n, 1, 1))
+
+
 def index_of(faces, length, radius, *, is_binary=False):
     index = _core.ReferenceIndex(length, is_binary=is_binary)
     for number, (points, descriptors) in enumerate(faces):
-        assert index.add(points, descriptors, radius) == number
+        assert index.add(points, upright(len(points)), descriptors, radius) == number
     assert len(index) == len(faces)
     return index
 
@@ -120,7 +125,7 @@ def test_a_large_library_proposes_what_is_seen_in_one_piece():
         angles, scales = rng.uniform(0, 2 * np.pi, 3000), rng.uniform(2, 20, 3000)
         cosine, sine = scales * np.cos(angles), scales * np.sin(angles)
         frames = np.stack([cosine, -sine, sine, cosine], axis=1).reshape(-1, 2, 2)
-        index.add(points, descriptors, 10.0, frames=frames.astype(np.float32))
+        index.add(points, frames.astype(np.float32), descriptors, 10.0)
         taught.append((points, descriptors, scales, angles))
     points, descriptors, scales, angles = (a[:6] for a in taught[4])
     # Turned by 1 rad, half as large.
@@ -147,11 +152,12 @@ def test_a_large_library_proposes_what_is_seen_in_one_piece():
         ({"descriptors": np.zeros((4, 8), np.uint8)}, "5 keypoints need 5 descriptors"),
         ({"frames": np.zeros((5, 4), np.float32)}, r"frames must be N rows of shape \[2, 2\]"),
         ({"frames": np.zeros((4, 2, 2), np.float32)}, "each keypoint needs a frame, got 5 and 4"),
+        ({"frames": np.full((5, 2, 2), np.nan, np.float32)}, "frames must be finite"),
     ],
 )
 def test_arrays_that_do_not_fit_are_refused(change, message):
     points, descriptors = face(5, 8, 0)
-    arrays = {"points": points, "descriptors": descriptors} | change
+    arrays = {"points": points, "frames": upright(5), "descriptors": descriptors} | change
     with pytest.raises(InvalidInputError, match=message):
         _core.ReferenceIndex(8, is_binary=False).add(**arrays, radius=1.0)
 
@@ -164,5 +170,10 @@ def test_impossible_searches_are_refused():
         candidates(index, np.zeros((1, 8), np.uint8), 0)
     with pytest.raises(InvalidInputError, match="2 points, 2 scales and 3 angles"):
         index.propose(np.zeros((2, 8), np.uint8), *keypoints(2)[:2], keypoints(3)[2])
+    for wrong in (0, 1, 2):
+        arrays = list(keypoints(2))
+        arrays[wrong] = arrays[wrong][None]
+        with pytest.raises(InvalidInputError, match="must be N rows of shape"):
+            index.propose(np.zeros((2, 8), np.uint8), *arrays)
     with pytest.raises(InvalidInputError, match="3 keypoints need 3 descriptors"):
         index.propose(np.zeros((2, 8), np.uint8), *keypoints(3))

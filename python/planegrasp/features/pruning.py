@@ -125,7 +125,7 @@ def by_usefulness(
         return Useful(np.zeros(0, np.intp), 0.0)  # a trial view may have some: of its noise
     trial = _trial(gray, extractor, blur, config)
     index = _core.ReferenceIndex(features.descriptors.shape[1], is_binary=extractor.is_binary)
-    index.add(features.points, _bytes(features.descriptors), same_place)
+    index.add(features.points, features.frames, _bytes(features.descriptors), same_place)
     this = np.zeros(1, np.uint32)
     _, reference, distance, _ = index.candidates(trial.descriptors, _NEIGHBOURS, among=this)
     offset = features.points[reference] - trial.points[:, None]

@@ -139,7 +139,7 @@ class NativeIndex:
     def add(self, face: ReferenceSet) -> None:
         """Add a face, which gets the next number; nothing is built anew."""
         descriptors = face.descriptors.astype(np.uint8, copy=False)
-        self._index.add(face.points, descriptors, face.radius, frames=face.frames)
+        self._index.add(face.points, face.frames, descriptors, face.radius)
         self._sizes.append(len(face.points))
         self._need.append(1.0 / (_NEED_OFFSET + face.served))
 

@@ -1,7 +1,10 @@
-//! Time of exact matching: a frame's descriptors against those of one face, a few and some more.
+//! Time of exact matching, a frame's descriptors against those of one face and of a few, and of the
+//! proposal of faces of a large library.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use planegrasp_core::matching::{Candidates, Kernel, Metric, ReferenceIndex, ReferenceSet};
+use planegrasp_core::matching::{
+    Candidates, Kernel, Metric, QueryKeypoint, ReferenceIndex, ReferenceSet,
+};
 use planegrasp_core::random::SplitMix64;
 
 const QUERIES: usize = 2000;
@@ -23,7 +26,8 @@ fn index(metric: Metric, length: usize, faces: usize, kernel: Kernel) -> Referen
             .map(|i| [(i % 50) as f32, (i / 50) as f32])
             .collect();
         let bytes = descriptors(PER_FACE, length, &mut random);
-        let set = ReferenceSet::new(points, bytes, length, 1.5);
+        let frames = vec![[1.0, 0.0, 0.0, 1.0]; PER_FACE];
+        let set = ReferenceSet::new(points, frames, bytes, length, 1.5);
         set.and_then(|set| index.add(set))
             .expect("the set fits the index");
     }
@@ -51,5 +55,26 @@ fn exact(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, exact);
+fn proposal(criterion: &mut Criterion) {
+    let mut random = SplitMix64::new(2);
+    let queries = descriptors(QUERIES, 128, &mut random);
+    let keypoints: Vec<QueryKeypoint> = (0..QUERIES)
+        .map(|_| QueryKeypoint {
+            point: [640.0, 480.0].map(|size| (size * random.uniform()) as f32),
+            scale: 2.0 + 20.0 * random.uniform() as f32,
+            angle: 6.3 * random.uniform() as f32,
+        })
+        .collect();
+    let mut group = criterion.benchmark_group("proposal");
+    group.sample_size(20);
+    for faces in [20, 100] {
+        let index = index(Metric::Euclidean, 128, faces, Kernel::best());
+        group.bench_function(BenchmarkId::from_parameter(faces), |b| {
+            b.iter(|| index.propose(&queries, &keypoints));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, exact, proposal);
 criterion_main!(benches);

@@ -126,7 +126,13 @@ fn the_index_needs_no_more_memory_with_every_frame() {
         let mut index = ReferenceIndex::new(Metric::Euclidean, 128);
         for _ in 0..3 {
             let points = (0..500).map(|i| [i as f32, 0.0]).collect();
-            let set = ReferenceSet::new(points, bytes(500), 128, 10.0);
+            let set = ReferenceSet::new(
+                points,
+                vec![[1.0, 0.0, 0.0, 1.0]; 500],
+                bytes(500),
+                128,
+                10.0,
+            );
             index.add(set.unwrap()).unwrap();
         }
         let queries: Vec<_> = [300, 100, 500, 1].into_iter().map(&mut bytes).collect();

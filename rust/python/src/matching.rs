@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use numpy::{PyReadonlyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
-use planegrasp_core::matching::{self as core, KeypointShape, Metric, NONE, QueryKeypoint};
+use planegrasp_core::matching::{self as core, Metric, NONE, QueryKeypoint};
 use pyo3::prelude::*;
 
 use crate::arrays::values;
@@ -55,25 +55,19 @@ impl ReferenceIndex {
     }
 
     /// Adds a face and returns its number.
-    #[pyo3(signature = (points, descriptors, radius, *, frames = None))]
     fn add(
         &mut self,
         py: Python<'_>,
         points: PyReadonlyArrayDyn<'_, f32>,
+        frames: PyReadonlyArrayDyn<'_, f32>,
         descriptors: PyReadonlyArrayDyn<'_, u8>,
         radius: f32,
-        frames: Option<PyReadonlyArrayDyn<'_, f32>>,
     ) -> PyResult<usize> {
         let points = rows(&points, &[2], "points")?;
+        let frames = rows(&frames, &[2, 2], "frames")?;
         let descriptors = self.descriptors(&descriptors)?.into_owned();
-        let frames = frames.map(|frames| rows::<4>(&frames, &[2, 2], "frames"));
-        let frames = frames.transpose()?;
         py.detach(|| {
-            let set = core::ReferenceSet::new(points, descriptors, self.length, radius)?;
-            let set = match frames {
-                Some(frames) => set.with_frames(&frames)?,
-                None => set,
-            };
+            let set = core::ReferenceSet::new(points, frames, descriptors, self.length, radius)?;
             self.index.add(set)
         })
         .map_err(from_input_error)
@@ -85,7 +79,8 @@ impl ReferenceIndex {
             .map_err(from_input_error)
     }
 
-    /// Faces that are worth looking at for these descriptors: all of a small library.
+    /// Faces that are worth looking at for these descriptors: all of a small library, perhaps none of a
+    /// large one.
     fn propose<'py>(
         &self,
         py: Python<'py>,
@@ -146,11 +141,9 @@ fn keypoints(
     scales: &PyReadonlyArrayDyn<'_, f32>,
     angles: &PyReadonlyArrayDyn<'_, f32>,
 ) -> PyResult<Vec<QueryKeypoint>> {
-    let (points, scales, angles) = (
-        rows(points, &[2], "points")?,
-        values(scales),
-        values(angles),
-    );
+    let points = rows(points, &[2], "points")?;
+    let scales = rows(scales, &[], "scales")?;
+    let angles = rows(angles, &[], "angles")?;
     if [scales.len(), angles.len()] != [points.len(); 2] {
         return Err(invalid_input(format!(
             "each point needs a scale and an angle, got {} points, {} scales and {} angles",
@@ -159,13 +152,13 @@ fn keypoints(
             angles.len()
         )));
     }
-    let shapes = scales.iter().zip(angles.iter());
-    Ok(points
-        .into_iter()
-        .zip(shapes)
-        .map(|(point, (&scale, &angle))| QueryKeypoint {
+    let shapes = scales.into_iter().zip(angles);
+    let keypoints = points.into_iter().zip(shapes);
+    Ok(keypoints
+        .map(|(point, ([scale], [angle]))| QueryKeypoint {
             point,
-            shape: KeypointShape::new(scale.into(), angle.into()),
+            scale,
+            angle,
         })
         .collect())
 }

@@ -4,8 +4,7 @@
 use arbitrary::{Arbitrary, Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
 use planegrasp_core::matching::{
-    Candidates, Kernel, KeypointShape, Metric, ProposalSettings, QueryKeypoint, ReferenceIndex,
-    ReferenceSet,
+    Candidates, Kernel, Metric, ProposalSettings, QueryKeypoint, ReferenceIndex, ReferenceSet,
 };
 use planegrasp_fuzz::Number;
 
@@ -14,7 +13,7 @@ enum Step {
     Add {
         rows: u8,
         radius: Number,
-        frame: Option<[Number; 4]>,
+        frame: [Number; 4],
     },
     AddAnotherLength {
         length: u16,
@@ -114,16 +113,13 @@ fn apply(index: &mut ReferenceIndex, step: &Step, data: &[u8]) -> (bool, Vec<u32
             let points = (0..count).map(|i| [(i % 5) as f32, 1.0]).collect();
             let length = data.len().checked_div(count).unwrap_or(8);
             let radius = radius.0 as f32;
-            let set = ReferenceSet::new(points, data.to_vec(), length, radius);
-            let set = set.and_then(|set| match frame {
-                Some(frame) => set.with_frames(&vec![numbers(frame); count]),
-                None => Ok(set),
-            });
+            let frames = vec![numbers(frame); count];
+            let set = ReferenceSet::new(points, frames, data.to_vec(), length, radius);
             succeeded = set.is_ok_and(|set| index.add(set).is_ok());
         }
         Step::AddAnotherLength { length } => {
             let length = usize::from(*length);
-            let set = ReferenceSet::new(vec![], vec![], length, 1.0);
+            let set = ReferenceSet::new(vec![], vec![], vec![], length, 1.0);
             succeeded = set.is_ok_and(|set| index.add(set).is_ok());
         }
         Step::Remove { face } => succeeded = index.remove((*face).into()).is_ok(),
@@ -146,7 +142,8 @@ fn apply(index: &mut ReferenceIndex, step: &Step, data: &[u8]) -> (bool, Vec<u32
             let [x, y, scale, angle] = numbers(keypoint);
             let keypoint = |i: u8| QueryKeypoint {
                 point: [x + f32::from(i), y],
-                shape: KeypointShape::new((scale * f32::from(i)).into(), angle.into()),
+                scale: scale * f32::from(i),
+                angle,
             };
             let keypoints: Vec<_> = (0..*rows).map(keypoint).collect();
             if let Ok(proposed) = index.propose(data, &keypoints) {

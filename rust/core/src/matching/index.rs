@@ -11,8 +11,8 @@ const MOST_NEIGHBOURS: usize = 4096;
 
 /// Nearest-neighbour search over all faces together.
 ///
-/// The search is exact among the faces it is asked for. Of a small library these are all, of a large
-/// one those that [`Self::propose`] gives, see [`ProposalSettings`].
+/// The search is exact: [`Self::candidates`] looks at all faces, [`Self::candidates_into`] at some.
+/// [`Self::propose`] says which of a large library are worth it, see [`ProposalSettings`].
 #[derive(Debug, Clone)]
 pub struct ReferenceIndex {
     kernel: Kernel,
@@ -150,7 +150,10 @@ impl ReferenceIndex {
         &self.faces
     }
 
-    /// The faces that are worth looking at for these descriptors, ascending: all of a small library.
+    /// The faces that are worth looking at for these descriptors, ascending: all of a small library, and
+    /// perhaps none of a large one.
+    ///
+    /// The keypoints' points may be those of the distorted image: what agrees is not that exact.
     ///
     /// # Errors
     /// [`InputError::DescriptorCount`] where there is no whole descriptor a keypoint.
@@ -159,7 +162,7 @@ impl ReferenceIndex {
         queries: &[u8],
         keypoints: &[QueryKeypoint],
     ) -> Result<Vec<u32>, InputError> {
-        if queries.len() != keypoints.len() * self.length {
+        if keypoints.len().checked_mul(self.length) != Some(queries.len()) {
             return Err(InputError::DescriptorCount {
                 points: keypoints.len(),
                 length: self.length,

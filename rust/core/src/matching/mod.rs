@@ -8,11 +8,11 @@ mod candidates;
 mod exhaustive;
 mod index;
 mod kernel;
-mod keypoint_shape;
 mod nearest;
 #[cfg(test)]
 mod oracle;
 mod proposal;
+mod query_keypoint;
 mod reference;
 mod scan;
 #[cfg(test)]
@@ -22,6 +22,6 @@ mod tests;
 pub use candidates::{Candidates, NONE};
 pub use index::ReferenceIndex;
 pub use kernel::Kernel;
-pub use keypoint_shape::{KeypointShape, QueryKeypoint};
 pub use proposal::ProposalSettings;
-pub use reference::{Metric, ReferenceSet};
+pub use query_keypoint::QueryKeypoint;
+pub use reference::{MOST_FILED, Metric, ReferenceSet};

@@ -1,6 +1,7 @@
 //! What the index keeps of a face.
 
-use super::KeypointShape;
+use nalgebra::Matrix2;
+
 use super::blocks::DescriptorBlocks;
 use crate::InputError;
 
@@ -16,26 +17,33 @@ pub enum Metric {
 /// Longest descriptor [bytes]: sums of products stay far within 32 bits.
 const LONGEST: usize = 4096;
 
+/// So many descriptors of a face, the first, may take part in proposals.
+pub const MOST_FILED: usize = 1000;
+
 /// Descriptors of one face, from all its oblique views.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ReferenceSet {
     points: Vec<[f32; 2]>,
     descriptors: DescriptorBlocks,
-    shapes: Vec<KeypointShape>,
+    /// Of those that may be filed.
+    frames: Vec<[f32; 4]>,
     radius: f32,
 }
 
 impl ReferenceSet {
     /// One face.
     ///
-    /// `points`: reference image in edge coordinates. `descriptors`: `length` bytes a point.
-    /// `radius`: two points closer than this are the same place.
+    /// `points`: reference image in edge coordinates. `frames`: 2×2 row by row, from each keypoint's own
+    /// coordinates to the reference. `descriptors`: `length` bytes a point. `radius`: two points closer
+    /// than this are the same place.
     ///
     /// # Errors
     /// [`InputError::DescriptorCount`] unless there is one descriptor a point,
-    /// [`InputError::OutOfRange`] for a length of 0 or above 4096.
+    /// [`InputError::FrameCount`] unless there is one frame a point, [`InputError::NotFinite`] where a
+    /// frame is not, [`InputError::OutOfRange`] for a length of 0 or above 4096.
     pub fn new(
         points: Vec<[f32; 2]>,
+        mut frames: Vec<[f32; 4]>,
         descriptors: Vec<u8>,
         length: usize,
         radius: f32,
@@ -54,30 +62,22 @@ impl ReferenceSet {
                 bytes: descriptors.len(),
             });
         }
-        Ok(Self {
-            shapes: vec![KeypointShape::UPRIGHT; points.len()],
-            points,
-            descriptors: DescriptorBlocks::new(&descriptors, length),
-            radius,
-        })
-    }
-
-    /// The same with the keypoints' own frames, which are upright and of unit size without: 2×2 row by
-    /// row, from the keypoint's own coordinates to the reference.
-    ///
-    /// # Errors
-    /// [`InputError::FrameCount`] unless there is one a point.
-    pub fn with_frames(self, frames: &[[f32; 4]]) -> Result<Self, InputError> {
-        if frames.len() != self.points.len() {
+        if frames.len() != points.len() {
             return Err(InputError::FrameCount {
-                points: self.points.len(),
+                points: points.len(),
                 frames: frames.len(),
             });
         }
-        let shapes = frames.iter().map(|&one| KeypointShape::of_frame(one));
+        if !frames.as_flattened().iter().all(|v| v.is_finite()) {
+            return Err(InputError::NotFinite { what: "frames" });
+        }
+        frames.truncate(MOST_FILED);
+        frames.shrink_to_fit();
         Ok(Self {
-            shapes: shapes.collect(),
-            ..self
+            points,
+            frames,
+            descriptors: DescriptorBlocks::new(&descriptors, length),
+            radius,
         })
     }
 
@@ -88,7 +88,7 @@ impl ReferenceSet {
 
     /// Bytes that it occupies.
     pub fn bytes(&self) -> usize {
-        let keypoints = size_of_val(&self.points[..]) + size_of_val(&self.shapes[..]);
+        let keypoints = size_of_val(&self.points[..]) + size_of_val(&self.frames[..]);
         keypoints + self.descriptors.bytes()
     }
 
@@ -102,9 +102,10 @@ impl ReferenceSet {
         &self.points
     }
 
-    /// How the keypoints are turned and how large they are.
-    pub fn shapes(&self) -> &[KeypointShape] {
-        &self.shapes
+    /// From the own coordinates of one of the first [`MOST_FILED`] keypoints to the reference.
+    pub(super) fn frame(&self, number: usize) -> Matrix2<f32> {
+        let [a, b, c, d] = self.frames[number];
+        Matrix2::new(a, b, c, d)
     }
 
     /// A copy of the descriptors, one after the other.

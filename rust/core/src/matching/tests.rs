@@ -20,13 +20,18 @@ fn descriptors(count: usize, length: usize, largest: usize, random: &mut SplitMi
     bytes
 }
 
+/// Frames of keypoints that are neither turned nor large.
+fn upright(count: usize) -> Vec<[f32; 4]> {
+    vec![[1.0, 0.0, 0.0, 1.0]; count]
+}
+
 fn set(count: usize, length: usize, largest: usize, random: &mut SplitMix64) -> ReferenceSet {
     let bytes = descriptors(count, length, largest, random);
     let points = (0..count)
         .map(|_| [random.index(3) as f32 * 4.0, random.index(3) as f32 * 4.0])
         .collect();
     let radius = [0.0, 4.5, 100.0][random.index(3)];
-    ReferenceSet::new(points, bytes, length, radius).unwrap()
+    ReferenceSet::new(points, upright(count), bytes, length, radius).unwrap()
 }
 
 fn index(metric: Metric, length: usize, sets: &[ReferenceSet], kernel: Kernel) -> ReferenceIndex {
@@ -84,7 +89,7 @@ fn the_ratio_looks_beyond_the_k_nearest_for_another_place() {
     bytes.extend([20, 0, 0, 0]);
     let mut points = vec![[5.0, 5.0]; 20];
     points.push([50.0, 5.0]);
-    let set = ReferenceSet::new(points, bytes, 4, 3.0).unwrap();
+    let set = ReferenceSet::new(points, upright(21), bytes, 4, 3.0).unwrap();
     let index = index(Metric::Euclidean, 4, &[set], Kernel::best());
     for k in [1, 4, 20, 21, 30] {
         assert_eq!(index.candidates(&[0; 4], k).unwrap().ratio, [0.5], "{k}");
@@ -144,7 +149,7 @@ fn a_removed_face_is_not_found_and_the_others_keep_their_numbers() {
 #[test]
 fn what_does_not_fit_is_refused_with_its_numbers() {
     let mut index = ReferenceIndex::new(Metric::Euclidean, 64);
-    let short = ReferenceSet::new(vec![[0.0; 2]], vec![0; 32], 32, 1.0).unwrap();
+    let short = ReferenceSet::new(vec![[0.0; 2]], upright(1), vec![0; 32], 32, 1.0).unwrap();
     assert_eq!(
         index.add(short),
         Err(InputError::DescriptorLength {
@@ -165,8 +170,24 @@ fn what_does_not_fit_is_refused_with_its_numbers() {
         assert!(matches!(refused, Err(InputError::OutOfRange { .. })), "{k}");
     }
     for length in [0, 5000] {
-        let set = ReferenceSet::new(vec![], vec![], length, 1.0);
+        let set = ReferenceSet::new(vec![], vec![], vec![], length, 1.0);
         assert!(matches!(set, Err(InputError::OutOfRange { .. })));
+    }
+    for (frames, expected) in [
+        (
+            upright(2),
+            InputError::FrameCount {
+                points: 1,
+                frames: 2,
+            },
+        ),
+        (
+            vec![[f32::NAN; 4]],
+            InputError::NotFinite { what: "frames" },
+        ),
+    ] {
+        let set = ReferenceSet::new(vec![[0.0; 2]], frames, vec![0; 8], 8, 1.0);
+        assert_eq!(set, Err(expected));
     }
     assert!(
         ReferenceIndex::new(Metric::Hamming, 0)

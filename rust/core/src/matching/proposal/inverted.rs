@@ -10,10 +10,10 @@ use crate::matching::kernel::Kernel;
 use crate::matching::{Metric, QueryKeypoint, ReferenceSet};
 use crate::random::SplitMix64;
 
-/// Descriptors that each word is trained with, on average.
+/// Descriptors that each of the most words is trained with, on average.
 const SAMPLE: usize = 16;
-/// Descriptors of a word, on average, when the words are trained: with fewer, what looks alike is in
-/// different words too often.
+/// Descriptors of a word, on average, when the words are trained (later there are more): with fewer, what
+/// looks alike is in different words too often.
 const FEWEST_OF_A_WORD: usize = 32;
 /// The words are trained again when the library has grown by this factor.
 const GROWTH: usize = 8;
@@ -150,9 +150,10 @@ impl InvertedFile {
                 },
             )
             .map(votes::Ballot::into_votes)
-            .reduce(Vec::new, |mut a, b| {
-                a.extend(b);
-                a
+            // Pieces are put together in their order.
+            .reduce(Vec::new, |mut votes, next| {
+                votes.extend(next);
+                votes
             });
         votes::most(votes, faces, self.settings.faces)
     }

@@ -11,11 +11,12 @@ mod votes;
 
 pub use inverted::InvertedFile;
 
+use super::reference::MOST_FILED;
 use crate::InputError;
 
 /// How faces are proposed.
 ///
-/// Not at all where no two descriptors agree where a face is.
+/// A face is proposed only where two of its places at least agree where it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ProposalSettings {
     /// Libraries of more descriptors than this propose faces; smaller ones look at all.
@@ -36,7 +37,8 @@ impl ProposalSettings {
     /// Checks the ranges.
     ///
     /// # Errors
-    /// [`InputError::OutOfRange`] for no descriptors, faces, words or probes.
+    /// [`InputError::OutOfRange`] for no descriptors, faces, words or probes, and for more than
+    /// [`MOST_FILED`] descriptors.
     pub fn checked(self) -> Result<Self, InputError> {
         let counts = [
             ("first", self.first),
@@ -44,6 +46,13 @@ impl ProposalSettings {
             ("words", self.words),
             ("probes", self.probes),
         ];
+        if self.first > MOST_FILED {
+            return Err(InputError::OutOfRange {
+                name: "first",
+                value: self.first as f64,
+                valid: "at most 1000",
+            });
+        }
         match counts.into_iter().find(|(_, count)| *count == 0) {
             None => Ok(self),
             Some((name, _)) => Err(InputError::OutOfRange {
@@ -59,7 +68,7 @@ impl Default for ProposalSettings {
     fn default() -> Self {
         Self {
             exhaustive: 40_000,
-            first: 1000,
+            first: MOST_FILED,
             faces: 12,
             words: 4096,
             probes: 4,

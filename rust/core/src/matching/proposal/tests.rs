@@ -5,13 +5,13 @@ use nalgebra::{Rotation2, Vector2};
 use super::ProposalSettings;
 use crate::InputError;
 use crate::matching::{
-    Candidates, Kernel, KeypointShape, Metric, QueryKeypoint, ReferenceIndex, ReferenceSet, oracle,
+    Candidates, Kernel, MOST_FILED, Metric, QueryKeypoint, ReferenceIndex, ReferenceSet, oracle,
 };
 use crate::random::SplitMix64;
 
 /// Angle and scale of a reference's keypoint, by its number.
-fn own_shape(keypoint: usize) -> (f64, f64) {
-    (keypoint as f64, 2.0 + (keypoint % 7) as f64)
+fn own_frame(keypoint: usize) -> (f32, f32) {
+    (keypoint as f32, 2.0 + (keypoint % 7) as f32)
 }
 
 /// A library of faces with nothing in common, large enough for its settings to propose faces.
@@ -23,15 +23,12 @@ fn library(metric: Metric, random: &mut SplitMix64) -> Vec<ReferenceSet> {
             let bytes = (0..count * 32).map(|_| random.index(256) as u8).collect();
             let points = (0..count).map(|i| [(3 * i) as f32, (i % 10) as f32 * 20.0]);
             let radius = if metric == Metric::Hamming { 0.5 } else { 2.5 };
-            let frames: Vec<[f32; 4]> = (0..count)
-                .map(|i| {
-                    let (angle, scale) = own_shape(i);
-                    let (s, c) = angle.sin_cos();
-                    [c, -s, s, c].map(|v| (scale * v) as f32)
-                })
-                .collect();
-            let set = ReferenceSet::new(points.collect(), bytes, 32, radius).unwrap();
-            set.with_frames(&frames).unwrap()
+            let frames = (0..count).map(|i| {
+                let (angle, scale) = own_frame(i);
+                let (s, c) = angle.sin_cos();
+                [c, -s, s, c].map(|v| scale * v)
+            });
+            ReferenceSet::new(points.collect(), frames.collect(), bytes, 32, radius).unwrap()
         })
         .collect()
 }
@@ -60,10 +57,11 @@ impl Frame {
             keypoints.extend((0..each).map(|i| {
                 let point = Vector2::from(set.points()[i].map(f64::from));
                 let seen = Rotation2::new(turn) * point * enlarged + shift;
-                let (angle, scale) = own_shape(i);
+                let (angle, scale) = own_frame(i);
                 QueryKeypoint {
                     point: [seen.x as f32, seen.y as f32],
-                    shape: KeypointShape::new(enlarged * scale, turn + angle),
+                    scale: enlarged as f32 * scale,
+                    angle: turn as f32 + angle,
                 }
             }));
         }
@@ -93,7 +91,8 @@ impl Frame {
 fn scattered(random: &mut SplitMix64) -> QueryKeypoint {
     QueryKeypoint {
         point: [640.0, 480.0].map(|size| (size * random.uniform()) as f32),
-        shape: KeypointShape::new(2.0 + 20.0 * random.uniform(), 6.3 * random.uniform()),
+        scale: 2.0 + 20.0 * random.uniform() as f32,
+        angle: 6.3 * random.uniform() as f32,
     }
 }
 
@@ -163,7 +162,6 @@ fn proposals_do_not_depend_on_threads_or_instruction_set() {
 fn a_face_whose_descriptors_are_scattered_over_the_frame_is_not_there() {
     let mut random = SplitMix64::new(10);
     let sets = library(Metric::Euclidean, &mut random);
-    let index = index_of(&sets, Metric::Euclidean, PROPOSING);
     // Five, of a face with little texture, against thirty of one that is not there.
     let mut frame = Frame::of(&[&sets[12]], 5, Metric::Euclidean, &mut random);
     frame
@@ -181,7 +179,11 @@ fn a_face_whose_descriptors_are_scattered_over_the_frame_is_not_there() {
         },
     );
     assert_eq!(frame.proposed(&one), [12]);
-    assert!(frame.proposed(&index).contains(&12));
+    // All at its place, it would come first.
+    let all = Frame::of(&[&sets[30]], 30, Metric::Euclidean, &mut random);
+    frame.queries.extend(all.queries);
+    frame.keypoints.extend(all.keypoints);
+    assert_eq!(frame.proposed(&one), [30]);
 }
 
 #[test]
@@ -209,7 +211,11 @@ fn a_library_is_searched_in_full_again_when_enough_was_removed() {
     let frame = Frame::of(&[&sets[1], &sets[0]], 60, Metric::Euclidean, &mut random);
     assert!(frame.proposed(&index).contains(&1));
     index.remove(1).unwrap();
-    assert!(!frame.proposed(&index).contains(&1));
+    let proposed = frame.proposed(&index);
+    assert!(
+        !proposed.contains(&1) && proposed.contains(&0),
+        "{proposed:?}"
+    );
     for face in (2..60).rev().take(52) {
         index.remove(face).unwrap();
     }
@@ -272,6 +278,10 @@ fn settings_that_propose_nothing_are_refused() {
             ..PROPOSING
         },
         ProposalSettings {
+            first: MOST_FILED + 1,
+            ..PROPOSING
+        },
+        ProposalSettings {
             faces: 0,
             ..PROPOSING
         },
@@ -287,7 +297,10 @@ fn settings_that_propose_nothing_are_refused() {
         let index = ReferenceIndex::new(Metric::Euclidean, 32).with_settings(settings);
         assert!(matches!(
             index,
-            Err(InputError::OutOfRange { value: 0.0, .. })
+            Err(InputError::OutOfRange {
+                value: 0.0 | 1001.0,
+                ..
+            })
         ));
     }
 }
@@ -303,14 +316,16 @@ fn descriptors_that_are_all_alike_can_be_proposed() {
         let mut index = index.with_settings(settings).unwrap();
         for _ in 0..8 {
             let points = (0..9).map(|i| [3.0 * i as f32, 0.0]).collect();
+            let upright = vec![[1.0, 0.0, 0.0, 1.0]; 9];
             index
-                .add(ReferenceSet::new(points, vec![byte; 36], 4, 1.0).unwrap())
+                .add(ReferenceSet::new(points, upright, vec![byte; 36], 4, 1.0).unwrap())
                 .unwrap();
         }
         let keypoints: Vec<QueryKeypoint> = (0..2)
             .map(|i| QueryKeypoint {
                 point: [3.0 * i as f32, 0.0],
-                shape: KeypointShape::UPRIGHT,
+                scale: 1.0,
+                angle: 0.0,
             })
             .collect();
         // All look like each face's first descriptor: one place.
