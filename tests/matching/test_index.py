@@ -1,5 +1,7 @@
 """The ratio test by hand-made descriptors: distances along one axis can be read off."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -214,3 +216,35 @@ def test_other_matchers_look_once():
     np.testing.assert_array_equal(look.candidates.reference[:, 0], np.r_[:60, :20])
     again = index.look_closer(seen, 2, np.array([0], np.uint32), 10)
     np.testing.assert_array_equal(again.reference, look.candidates.reference)
+
+
+def test_of_a_large_library_what_agrees_on_its_place_is_looked_at():
+    rng = np.random.default_rng(0)
+
+    def drawn(n):
+        points = rng.uniform(0, 400, (n, 2))
+        scales, angles = rng.uniform(2, 20, n), rng.uniform(0, 6, n)
+        parts = (a.astype(np.float32) for a in (points, scales, angles, np.ones(n)))
+        return Features(*parts, rng.integers(0, 256, (n, 32)).astype(np.uint8))
+
+    taught = [drawn(3000) for _ in range(15)]
+    faces = [
+        ReferenceSet(f.points, f.frames.astype(np.float32), f.descriptors, RADIUS) for f in taught
+    ]
+    index = make_index(faces, "", binary=False, first=800)
+    # Six keypoints of one of them, half as large and turned by 1 rad.
+    some = taught[4].select(np.arange(6))
+    c, s = np.cos(1.0), np.sin(1.0)
+    seen = Features(
+        (0.5 * some.points @ np.array([[c, s], [-s, c]]) + 100).astype(np.float32),
+        0.5 * some.scales,
+        some.angles + np.float32(1.0),
+        some.responses,
+        some.descriptors,
+    )
+    np.testing.assert_array_equal(index.look(seen, 4).faces, [4])
+    assert index.look(seen, 4).candidates.face[:, 0].tolist() == 6 * [4]
+    turned = replace(seen, angles=some.angles[::-1] + np.arange(6, dtype=np.float32))
+    nothing = index.look(turned, 4)
+    assert len(nothing.faces) == 0
+    assert np.all(nothing.candidates.face == -1)
