@@ -405,17 +405,20 @@ class ReferenceIndex:
         points: NDArray[np.float32],
         scales: NDArray[np.float32],
         angles: NDArray[np.float32],
+        *,
+        among: NDArray[np.uint32] | None = None,
     ) -> NDArray[np.uint32]:
-        """Numbers of the faces worth looking at for these descriptors.
+        """Numbers of the faces worth looking at for these descriptors, ascending.
 
-        Those are all of a small library. Of a large one they are those that several descriptors
-        put at the same place, perhaps none.
+        Those are all where they are few. Of many they are those that several descriptors put at the
+        same place, perhaps none.
 
         Args:
             descriptors: N×length.
             points: N×2, their keypoints [px]; lens distortion does not matter.
             scales: N, of the keypoints.
             angles: N, likewise [rad].
+            among: numbers of the faces that are asked for; None = all.
         """
 
     def candidates(

@@ -114,8 +114,8 @@ class ReferenceIndex(Protocol):
 class NativeIndex:
     """The core's search over descriptors of bytes, in the order of their usefulness.
 
-    A first look compares with the most useful descriptors of each face, of a large library only
-    with faces that an inverted file proposes. That finds most faces in view. The rest, oblique or
+    A first look compares with the most useful descriptors of each face, of many faces only with those
+    that an inverted file proposes. That finds most faces in view. The rest, oblique or
     weakly textured, shows in closer looks at more and then all descriptors of the faces not found.
     """
 
@@ -146,10 +146,8 @@ class NativeIndex:
     def look(self, features: Features, k: int, among: NDArray[np.uint32] | None = None) -> Look:
         """See `ReferenceIndex.look`."""
         descriptors = features.descriptors.astype(np.uint8, copy=False)
-        faces = among
-        if faces is None:
-            keypoints = features.points, features.scales, features.angles
-            faces = self._index.propose(descriptors, *keypoints)
+        keypoints = features.points, features.scales, features.angles
+        faces = self._index.propose(descriptors, *keypoints, among=among)
         first = self._shares(faces)
         found = self._index.candidates(descriptors, k, among=faces, first=first)
         return Look(Candidates(*found), faces, self._closer(faces, first))

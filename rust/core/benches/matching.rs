@@ -70,7 +70,7 @@ fn proposal(criterion: &mut Criterion) {
     for faces in [20, 100] {
         let index = index(Metric::Euclidean, 128, faces, Kernel::best());
         group.bench_function(BenchmarkId::from_parameter(faces), |b| {
-            b.iter(|| index.propose(&queries, &keypoints));
+            b.iter(|| index.propose(&queries, &keypoints, None));
         });
     }
     group.finish();

@@ -79,8 +79,10 @@ impl ReferenceIndex {
             .map_err(from_input_error)
     }
 
-    /// Faces that are worth looking at for these descriptors: all of a small library, perhaps none of a
-    /// large one.
+    /// Faces that are worth looking at for these descriptors: all where these are few, perhaps none
+    /// of many.
+    #[pyo3(signature = (descriptors, points, scales, angles, *, among = None))]
+    #[allow(clippy::too_many_arguments)] // one array each
     fn propose<'py>(
         &self,
         py: Python<'py>,
@@ -88,10 +90,12 @@ impl ReferenceIndex {
         points: PyReadonlyArrayDyn<'_, f32>,
         scales: PyReadonlyArrayDyn<'_, f32>,
         angles: PyReadonlyArrayDyn<'_, f32>,
+        among: Option<PyReadonlyArray1<'_, u32>>,
     ) -> PyResult<Bound<'py, PyArray1<u32>>> {
         let queries = self.descriptors(&descriptors)?;
         let keypoints = keypoints(&points, &scales, &angles)?;
-        py.detach(|| self.index.propose(&queries, &keypoints))
+        let among = among.map(|among| among.as_array().to_vec());
+        py.detach(|| self.index.propose(&queries, &keypoints, among.as_deref()))
             .map(|faces| PyArray1::from_vec(py, faces))
             .map_err(from_input_error)
     }

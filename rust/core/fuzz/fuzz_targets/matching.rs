@@ -135,7 +135,7 @@ fn apply(index: &mut ReferenceIndex, step: &Step, data: &[u8]) -> (bool, Vec<u32
             among.sort_unstable();
             among.dedup();
             let first = first.map_or(usize::MAX, usize::from);
-            let scope: Vec<_> = among.into_iter().map(|face| (face, first)).collect();
+            let scope: Vec<_> = among.iter().copied().map(|face| (face, first)).collect();
             succeeded = index
                 .candidates_into(data, (*k).into(), &scope, &mut found)
                 .is_ok();
@@ -146,7 +146,8 @@ fn apply(index: &mut ReferenceIndex, step: &Step, data: &[u8]) -> (bool, Vec<u32
                 angle,
             };
             let keypoints: Vec<_> = (0..*rows).map(keypoint).collect();
-            if let Ok(proposed) = index.propose(data, &keypoints) {
+            let among = (k % 2 == 0).then_some(&among[..]);
+            if let Ok(proposed) = index.propose(data, &keypoints, among) {
                 assert!(proposed.is_sorted() && proposed.len() <= index.faces().len());
                 faces = proposed;
             }

@@ -97,19 +97,19 @@ impl ReferenceIndex {
         Ok(number)
     }
 
-    /// Whether the library is large enough for faces to be proposed.
-    fn proposes(&self) -> bool {
-        self.descriptors > self.settings.exhaustive && self.present.len() > self.settings.faces
+    /// Whether some of these faces, of so many descriptors, are to be proposed.
+    fn are_many(&self, faces: usize, descriptors: usize) -> bool {
+        descriptors > self.settings.exhaustive && faces > self.settings.faces
     }
 
     /// Enters a new face into the inverted file, or makes that where the library needs one.
     fn file(&mut self, number: usize) {
-        let proposes = self.proposes();
+        let are_many = self.are_many(self.present.len(), self.descriptors);
         match &mut self.inverted {
             Some(inverted) if !inverted.is_outgrown(self.descriptors) => {
                 inverted.add(number as u32, &self.faces[number]);
             }
-            None if !proposes => {}
+            None if !are_many => {}
             _ => {
                 let how = (self.metric, self.kernel);
                 let file = InvertedFile::build(how, &self.faces, self.length, self.settings);
@@ -150,17 +150,20 @@ impl ReferenceIndex {
         &self.faces
     }
 
-    /// The faces that are worth looking at for these descriptors, ascending: all of a small library, and
-    /// perhaps none of a large one.
+    /// The faces that are worth looking at for these descriptors, ascending: all where these are few, and
+    /// perhaps none of many.
     ///
     /// The keypoints' points may be those of the distorted image: what agrees is not that exact.
+    /// `among`: numbers of the faces that are asked for, all where `None`.
     ///
     /// # Errors
-    /// [`InputError::DescriptorCount`] where there is no whole descriptor a keypoint.
+    /// [`InputError::DescriptorCount`] where there is no whole descriptor a keypoint,
+    /// [`InputError::NoSuchFace`] for numbers that are not in the index.
     pub fn propose(
         &self,
         queries: &[u8],
         keypoints: &[QueryKeypoint],
+        among: Option<&[u32]>,
     ) -> Result<Vec<u32>, InputError> {
         if keypoints.len().checked_mul(self.length) != Some(queries.len()) {
             return Err(InputError::DescriptorCount {
@@ -169,12 +172,18 @@ impl ReferenceIndex {
                 bytes: queries.len(),
             });
         }
-        let proposed = self
-            .inverted
-            .as_ref()
-            .filter(|_| self.proposes())
-            .map(|file| file.propose(queries, keypoints, self.length, &self.faces));
-        Ok(proposed.unwrap_or_else(|| self.present.clone()))
+        let mut among = among.unwrap_or(&self.present).to_vec();
+        self.check_faces(among.iter().copied())?;
+        among.sort_unstable();
+        among.dedup();
+        let descriptors = among.iter().map(|&face| self.faces[face as usize].len());
+        let are_many = self.are_many(among.len(), descriptors.sum());
+        Ok(match &self.inverted {
+            Some(file) if are_many => {
+                file.propose(queries, keypoints, self.length, &self.faces, &among)
+            }
+            _ => among,
+        })
     }
 
     /// The k nearest references of each descriptor among all faces, and the ratio to the nearest
@@ -217,12 +226,7 @@ impl ReferenceIndex {
                 valid: "at least 1 and at most 4096",
             });
         }
-        if let Some(&(face, _)) = among.iter().find(|one| one.0 as usize >= self.faces.len()) {
-            return Err(InputError::NoSuchFace {
-                face: face as usize,
-                count: self.faces.len(),
-            });
-        }
+        self.check_faces(among.iter().map(|one| one.0))?;
         let search = Search {
             kernel: self.kernel,
             metric: self.metric,
@@ -233,6 +237,17 @@ impl ReferenceIndex {
         };
         search.candidates_into(queries, k, found);
         Ok(())
+    }
+
+    fn check_faces(&self, mut numbers: impl Iterator<Item = u32>) -> Result<(), InputError> {
+        let count = self.faces.len();
+        match numbers.find(|&number| number as usize >= count) {
+            None => Ok(()),
+            Some(number) => Err(InputError::NoSuchFace {
+                face: number as usize,
+                count,
+            }),
+        }
     }
 
     fn check(&self, queries: &[u8]) -> Result<(), InputError> {

@@ -120,18 +120,19 @@ impl InvertedFile {
 
     /// The faces with most votes of the queries that agree where the face is, ascending.
     ///
-    /// `keypoints`: of the queries. `faces`: all that were added, by their numbers. The result does not
-    /// depend on the number of threads.
+    /// `keypoints`: of the queries. `faces`: all that were added, by their numbers. `among`: the numbers
+    /// of those that are asked for, ascending. The result does not depend on the number of threads.
     pub fn propose(
         &self,
         queries: &[u8],
         keypoints: &[QueryKeypoint],
         length: usize,
         faces: &[ReferenceSet],
+        among: &[u32],
     ) -> Vec<u32> {
         let probes = self.settings.probes.min(self.lists.len());
         let words = self.codebook.nearest(queries, probes);
-        let votes = queries
+        let mut votes = queries
             .par_chunks_exact(length)
             .zip(words.par_chunks_exact(probes))
             .zip(keypoints)
@@ -155,6 +156,7 @@ impl InvertedFile {
                 votes.extend(next);
                 votes
             });
+        votes.retain(|vote| among.binary_search(&vote.face).is_ok());
         votes::most(votes, faces, self.settings.faces)
     }
 }

@@ -19,11 +19,11 @@ use crate::InputError;
 /// A face is proposed only where two of its places at least agree where it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ProposalSettings {
-    /// Libraries of more descriptors than this propose faces; smaller ones look at all.
+    /// Of faces with more descriptors than this in all some are proposed; fewer are all looked at.
     pub exhaustive: usize,
     /// Descriptors of each face that take part: the first, which are the most useful ones.
     pub first: usize,
-    /// Most faces that are proposed; libraries of no more look at all.
+    /// Most faces that are proposed; no more than these are all looked at.
     pub faces: usize,
     /// Most words of the codebook: small libraries have fewer.
     pub words: usize,

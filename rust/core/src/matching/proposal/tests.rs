@@ -72,7 +72,7 @@ impl Frame {
     }
 
     fn proposed(&self, index: &ReferenceIndex) -> Vec<u32> {
-        index.propose(&self.queries, &self.keypoints).unwrap()
+        index.propose(&self.queries, &self.keypoints, None).unwrap()
     }
 
     /// Among the proposed faces.
@@ -187,6 +187,35 @@ fn a_face_whose_descriptors_are_scattered_over_the_frame_is_not_there() {
 }
 
 #[test]
+fn only_faces_that_are_asked_for_are_proposed() {
+    let mut random = SplitMix64::new(12);
+    let sets = library(Metric::Euclidean, &mut random);
+    let index = index_of(&sets, Metric::Euclidean, PROPOSING);
+    let frame = Frame::of(&[&sets[9], &sets[31]], 30, Metric::Euclidean, &mut random);
+    let proposed = |among: &[u32]| {
+        let Frame { queries, keypoints } = &frame;
+        index.propose(queries, keypoints, Some(among))
+    };
+    let odd: Vec<u32> = (1..60).step_by(2).rev().collect();
+    let found = proposed(&odd).unwrap();
+    assert!(found.contains(&9) && found.contains(&31), "{found:?}");
+    assert!(found.iter().all(|face| odd.contains(face)), "{found:?}");
+    let less: Vec<u32> = odd.into_iter().filter(|&face| face != 9).collect();
+    let found = proposed(&less).unwrap();
+    assert!(!found.contains(&9) && found.contains(&31), "{found:?}");
+    // Few are all looked at, whether they are there or not.
+    assert_eq!(proposed(&[40, 9, 9, 2]).unwrap(), [2, 9, 40]);
+    assert!(proposed(&[]).unwrap().is_empty());
+    assert_eq!(
+        proposed(&[2, 60]),
+        Err(InputError::NoSuchFace {
+            face: 60,
+            count: 60
+        })
+    );
+}
+
+#[test]
 fn one_descriptor_alone_says_nothing() {
     let mut random = SplitMix64::new(11);
     let sets = library(Metric::Euclidean, &mut random);
@@ -259,7 +288,7 @@ fn each_setting_of_the_proposal_changes_what_is_proposed() {
 #[test]
 fn queries_need_a_keypoint_each() {
     let index = ReferenceIndex::new(Metric::Euclidean, 32);
-    let refused = index.propose(&[0; 64], &[scattered(&mut SplitMix64::new(0))]);
+    let refused = index.propose(&[0; 64], &[scattered(&mut SplitMix64::new(0))], None);
     assert!(matches!(
         refused,
         Err(InputError::DescriptorCount {
@@ -329,7 +358,7 @@ fn descriptors_that_are_all_alike_can_be_proposed() {
             })
             .collect();
         // All look like each face's first descriptor: one place.
-        let proposed = index.propose(&[byte; 8], &keypoints).unwrap();
+        let proposed = index.propose(&[byte; 8], &keypoints, None).unwrap();
         assert!(proposed.is_empty());
         let found = index.candidates(&[byte; 4], 1).unwrap();
         assert_eq!((found.distance[0], found.ratio[0]), (0.0, 1.0));

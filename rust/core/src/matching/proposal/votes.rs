@@ -39,7 +39,8 @@ const FINEST_PLACE: f32 = 1.0;
 /// Weights are whole numbers, so that their sum does not depend on the order.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Vote {
-    face: u32,
+    /// Number of the face.
+    pub face: u32,
     /// About the keypoint, from the reference to the frame, and back.
     map: Matrix2<f32>,
     inverse: Matrix2<f32>,
