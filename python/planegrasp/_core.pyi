@@ -766,10 +766,13 @@ class MotionState:
     def pose(self) -> FilteredPose: ...
 
 class ThreadPool:
-    """Threads apart from the shared ones; what runs in them is parallel in them alone."""
+    """Threads apart from those of others, for the thread that makes it.
+
+    What that thread starts in parallel is done by these, and by itself. They end with the object.
+
+    Raises:
+        RuntimeError: the thread has some already, as the one that imported planegrasp has.
+    """
 
     def __init__(self, begin: Callable[[], object]) -> None:
-        """Start as many threads as the machine has; `begin` is called in each of them."""
-
-    def run(self, call: Callable[[], _T]) -> _T:
-        """Call something in one of the threads, wait for it, and return what it returned."""
+        """As many as the machine has, the calling one included; `begin` is called in each."""

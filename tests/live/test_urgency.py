@@ -6,11 +6,15 @@ import gc
 import os
 import sys
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 from planegrasp import _core
+from planegrasp.features import SIFT
 from planegrasp.live import prompt
 from planegrasp.live.urgency import step_back
 
@@ -50,13 +54,54 @@ def test_it_is_less_urgent_also_where_the_system_knows_no_turns(monkeypatch):
     assert nice >= 10
 
 
+def features_of(seed):
+    gray = np.random.default_rng(seed).integers(0, 256, (240, 320)).astype(np.uint8)
+    return SIFT().extract(gray).descriptors
+
+
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="threads have no niceness")
-def test_all_threads_of_a_pool_step_back():
+def test_a_thread_and_all_of_its_pool_step_back():
     stepped = []
-    pool = _core.ThreadPool(lambda: stepped.append((step_back(), niceness())))
-    assert pool.run(niceness) >= 10
-    assert stepped
+
+    def work():
+        pool = _core.ThreadPool(lambda: stepped.append((step_back(), niceness())))
+        end = time.monotonic() + 10.0
+        while len(stepped) < rayon_threads() and time.monotonic() < end:
+            time.sleep(0.01)
+        seen = [features_of(seed) for seed in range(3)]
+        del pool
+        # The threads are gone, the thread works on.
+        return niceness(), [*seen, features_of(3)]
+
+    before = threading_count()
+    ((nice, seen),) = in_a_new_thread(work)
+    assert nice >= 10
+    assert len(stepped) == rayon_threads()
     assert all(nice >= 10 for _, nice in stepped)
+    for seed, descriptors in enumerate(seen):
+        np.testing.assert_array_equal(descriptors, features_of(seed))
+    end = time.monotonic() + 10.0
+    while threading_count() > before and time.monotonic() < end:
+        time.sleep(0.01)
+    assert threading_count() <= before
+
+
+def test_a_thread_has_one_pool():
+    def work():
+        pools = [_core.ThreadPool(lambda: None)]
+        with pytest.raises(RuntimeError, match="no threads"):
+            pools.append(_core.ThreadPool(lambda: None))
+
+    in_a_new_thread(work)
+
+
+def rayon_threads() -> int:
+    return int(os.environ.get("RAYON_NUM_THREADS", "0")) or len(os.sched_getaffinity(0))
+
+
+def threading_count() -> int:
+    """Threads of the process, those that Python does not know of, too."""
+    return len(list(Path("/proc/self/task").iterdir()))
 
 
 def test_turns_and_garbage_are_as_before_afterwards():

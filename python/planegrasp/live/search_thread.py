@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 from collections import deque
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING
 
 from planegrasp import _core
@@ -116,17 +115,19 @@ class SearchThread:
         self._thread.join()
 
     def _run(self) -> None:
-        pool = _core.ThreadPool(step_back)
+        threads = _core.ThreadPool(step_back)
         while (request := self._next()) is not None:
             result: Found | BaseException
             try:
-                detect = partial(self._detector.detect, closely=request.closely)
-                detections = pool.run(partial(detect, request.frame, request.names))
+                detections = self._detector.detect(
+                    request.frame, request.names, closely=request.closely
+                )
                 result = Found(detections, request.time, request.T_fixed_camera)
             except Exception as error:
                 result = error
             with self._changed:
                 self._results.append(result)
+        del threads
 
     def _next(self) -> _Request | None:
         with self._changed:

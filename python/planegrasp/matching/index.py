@@ -114,9 +114,9 @@ class ReferenceIndex(Protocol):
 class NativeIndex:
     """The core's search over descriptors of bytes, in the order of their usefulness.
 
-    A first look compares with the most useful descriptors of each face, of many faces only with those
-    that an inverted file proposes. That finds most faces in view. The rest, oblique or
-    weakly textured, shows in closer looks at more and then all descriptors of the faces not found.
+    A first look compares with the most useful descriptors of each face, of many faces only with
+    those that an inverted file proposes. That finds most faces in view. The rest, oblique or weakly
+    textured, shows in closer looks at more and then all descriptors of the faces not found.
     """
 
     def __init__(

@@ -32,6 +32,7 @@ use pyo3::prelude::*;
 
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    thread_pool::take_part();
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<alignment::AlignmentReference>()?;
     module.add_class::<alignment::AlignmentSettings>()?;

@@ -1,19 +1,35 @@
-//! Threads of their own for a caller that must not take those of others.
+//! Who works on what a thread of Python starts in parallel.
+//!
+//! The thread that calls takes part itself. Where it only waits for a pool of as many threads as there
+//! are processors, that is one thread more for the operating system to place, and two that work often
+//! share a processor while the other one is idle.
+
+use std::sync::OnceLock;
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
-/// Threads apart from the shared ones; what runs in them is parallel in them alone.
+/// Lets the thread that imports the module take part in what it starts. What other threads start is
+/// done by rayon's global pool, unless they have a [`ThreadPool`].
+pub fn take_part() {
+    static POOL: OnceLock<Option<rayon::ThreadPool>> = OnceLock::new();
+    // A thread that is in a pool already stays there.
+    POOL.get_or_init(|| builder().use_current_thread().build().ok());
+}
+
+/// Threads apart from those of others, for the thread that makes it: what that starts in parallel is
+/// done by these, and by itself. They end with the object.
 #[pyclass(frozen, module = "planegrasp._core")]
 pub struct ThreadPool {
-    pool: rayon::ThreadPool,
+    _pool: rayon::ThreadPool,
 }
 
 #[pymethods]
 impl ThreadPool {
-    /// As many threads as the machine has; `begin` is called in each of them.
+    /// As many as the machine has, the calling one included; `begin` is called in each of them.
     #[new]
     fn new(py: Python<'_>, begin: Py<PyAny>) -> PyResult<Self> {
+        begin.call0(py)?;
         let begin_one = move |_| {
             Python::attach(|py| {
                 if let Err(error) = begin.call0(py) {
@@ -22,17 +38,16 @@ impl ThreadPool {
             });
         };
         let pool = py.detach(|| {
-            rayon::ThreadPoolBuilder::new()
-                .thread_name(|number| format!("planegrasp-{number}"))
+            builder()
+                .use_current_thread()
                 .start_handler(begin_one)
                 .build()
         });
-        pool.map(|pool| Self { pool })
+        pool.map(|pool| Self { _pool: pool })
             .map_err(|error| PyRuntimeError::new_err(format!("no threads: {error}")))
     }
+}
 
-    /// Calls something in one of the threads, waits for it, and returns what it returned.
-    fn run(&self, py: Python<'_>, call: Py<PyAny>) -> PyResult<Py<PyAny>> {
-        py.detach(|| self.pool.install(|| Python::attach(|py| call.call0(py))))
-    }
+fn builder() -> rayon::ThreadPoolBuilder {
+    rayon::ThreadPoolBuilder::new().thread_name(|number| format!("planegrasp-{number}"))
 }

@@ -5,9 +5,7 @@ use numpy::{PyArray2, PyReadonlyArrayDyn};
 use planegrasp_core::InputError;
 use planegrasp_core::alignment::{AlignmentWorkspace, apply};
 use planegrasp_core::tracking::{self as core, Sight, TrackingConfig};
-use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::alignment::AlignmentSettings;
 use crate::arrays::{count, depth_image, gray_image, isometry, matrix3, points_to_numpy, to_numpy};
@@ -163,26 +161,19 @@ impl Followed {
     }
 }
 
-/// Follows objects from frame to frame, on threads of its own: it need not wait for those that a
-/// detection beside it keeps busy.
+/// Follows objects from frame to frame.
 #[pyclass(frozen, module = "planegrasp._core")]
 pub struct Follower {
     config: TrackingConfig,
-    threads: ThreadPool,
 }
 
 #[pymethods]
 impl Follower {
     #[new]
-    fn new(settings: PyRef<'_, FollowSettings>) -> PyResult<Self> {
-        let threads = ThreadPoolBuilder::new()
-            .thread_name(|number| format!("planegrasp-follow-{number}"))
-            .build()
-            .map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
-        Ok(Self {
+    fn new(settings: PyRef<'_, FollowSettings>) -> Self {
+        Self {
             config: settings.core.clone(),
-            threads,
-        })
+        }
     }
 
     /// Follows objects from their predicted poses T_camera_object (4×4) into a frame.
@@ -252,9 +243,7 @@ impl Follower {
                     &mut workspace,
                 )]
             }
-            several => self
-                .threads
-                .install(|| core::follow_each(several, sight, &self.config)),
+            several => core::follow_each(several, sight, &self.config),
         }
     }
 }
