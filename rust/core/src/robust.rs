@@ -20,15 +20,15 @@ pub fn cauchy_weight(squared: f64) -> f64 {
     1.0 / (1.0 + squared / CAUCHY_SCALE_SQUARED)
 }
 
-/// Sum of Cauchy's losses c²·ln(1 + r²/c²): the logarithm of a product is that of many factors at
-/// once, and logarithms are most of what a sum of single ones costs.
+/// Sum of logarithms: that of a product is that of many factors at once, and logarithms are most of
+/// what a sum of single ones costs.
 #[derive(Debug, Clone, Copy)]
-pub struct CauchySum {
+pub struct LogSum {
     logarithms: f64,
     product: f64,
 }
 
-impl Default for CauchySum {
+impl Default for LogSum {
     /// Of nothing.
     fn default() -> Self {
         Self {
@@ -38,21 +38,37 @@ impl Default for CauchySum {
     }
 }
 
-impl CauchySum {
-    /// Adds the loss of one squared residual, and returns its weight.
-    pub fn add(&mut self, squared: f64) -> f64 {
-        let factor = 1.0 + squared / CAUCHY_SCALE_SQUARED;
+impl LogSum {
+    /// Adds the logarithm of a number ≥ 1.
+    pub fn add(&mut self, factor: f64) {
         self.product *= factor;
         if self.product > LARGEST_PRODUCT {
             self.logarithms += self.product.ln();
             self.product = 1.0;
         }
+    }
+
+    /// The sum.
+    pub fn total(&self) -> f64 {
+        self.logarithms + self.product.ln()
+    }
+}
+
+/// Sum of Cauchy's losses c²·ln(1 + r²/c²).
+#[derive(Debug, Clone, Copy, Default)]
+pub struct CauchySum(LogSum);
+
+impl CauchySum {
+    /// Adds the loss of one squared residual, and returns its weight.
+    pub fn add(&mut self, squared: f64) -> f64 {
+        let factor = 1.0 + squared / CAUCHY_SCALE_SQUARED;
+        self.0.add(factor);
         1.0 / factor
     }
 
     /// The sum.
     pub fn total(&self) -> f64 {
-        CAUCHY_SCALE_SQUARED * (self.logarithms + self.product.ln())
+        CAUCHY_SCALE_SQUARED * self.0.total()
     }
 }
 
@@ -103,6 +119,11 @@ mod tests {
         assert!((cauchy(&squared) / singly - 1.0).abs() < 1e-12);
         assert_eq!(cauchy(&[]), 0.0);
         assert!((cauchy(&[1e-9]) - 1e-9).abs() < 1e-14);
+        let mut sum = LogSum::default();
+        (1..2000).for_each(|i| sum.add(f64::from(i)));
+        // ln(1999!)
+        let expected: f64 = (1..2000).map(|i| f64::from(i).ln()).sum();
+        assert!((sum.total() / expected - 1.0).abs() < 1e-12);
         assert!(cauchy(&[f64::INFINITY]).is_infinite());
         assert!(cauchy(&[f64::NAN]).is_nan());
     }

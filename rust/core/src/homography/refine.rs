@@ -6,6 +6,7 @@ use super::PointMatch;
 use super::conditioning::Conditioning;
 use super::rigidity::Rigidity;
 use crate::lm::{LeastSquares, Normal, Precision, minimize};
+use crate::robust::LogSum;
 
 /// Eight parameters: all entries but the last, which is held at its value of the start.
 const PARAMETERS: usize = 8;
@@ -84,11 +85,11 @@ impl LeastSquares<PARAMETERS> for Problem<'_> {
         let departure = self.prior.map_or(0.0, |prior| {
             prior.rigidity.residuals(H).0.norm_squared() / prior.sigma.powi(2)
         });
-        let losses = self.matches.iter().map(|point| {
-            let squared = point.squared_error(H) * self.inverse_scale.powi(2);
-            squared.ln_1p()
-        });
-        departure + losses.sum::<f64>()
+        let mut losses = LogSum::default();
+        for point in self.matches {
+            losses.add(1.0 + point.squared_error(H) * self.inverse_scale.powi(2));
+        }
+        departure + losses.total()
     }
 
     fn linearize(&self, H: &Matrix3<f64>) -> Normal<PARAMETERS> {
@@ -97,7 +98,7 @@ impl LeastSquares<PARAMETERS> for Problem<'_> {
             gradient: SVector::zeros(),
             hessian: SMatrix::zeros(),
         };
-        let mut sums = Sums::default();
+        let (mut sums, mut losses) = (Sums::default(), LogSum::default());
         for point in self.matches {
             let source = point.source.push(1.0);
             let mapped = H * source;
@@ -107,11 +108,12 @@ impl LeastSquares<PARAMETERS> for Problem<'_> {
             }
             let image = mapped.xy() / mapped.z;
             let residual = image - point.target;
-            let squared = residual.norm_squared() * self.inverse_scale.powi(2);
-            let weight = self.inverse_scale.powi(2) / (1.0 + squared);
-            normal.cost += squared.ln_1p();
+            let factor = 1.0 + residual.norm_squared() * self.inverse_scale.powi(2);
+            let weight = self.inverse_scale.powi(2) / factor;
+            losses.add(factor);
             sums.add(&(source / mapped.z), &image, &residual, weight);
         }
+        normal.cost = losses.total();
         (normal.gradient, normal.hessian) = sums.normal();
         if let Some(prior) = self.prior {
             let (residuals, jacobian) = prior.rigidity.residuals(H);
