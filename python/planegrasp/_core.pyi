@@ -5,14 +5,12 @@ Functions raise `planegrasp.errors.InvalidInputError` for arguments that cannot 
 """
 
 from collections.abc import Callable, Sequence
-from typing import TypedDict, TypeVar, final
+from typing import TypedDict, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planegrasp.errors import PoseError
-
-_T = TypeVar("_T")
 
 __version__: str
 

@@ -64,26 +64,28 @@ def test_a_thread_and_all_of_its_pool_step_back():
     stepped = []
 
     def work():
+        alone = settled_thread_count()
         pool = _core.ThreadPool(lambda: stepped.append((step_back(), niceness())))
+        of_pool = 1 + thread_count() - alone
         end = time.monotonic() + 10.0
-        while len(stepped) < rayon_threads() and time.monotonic() < end:
+        while len(stepped) < of_pool and time.monotonic() < end:
             time.sleep(0.01)
         seen = [features_of(seed) for seed in range(3)]
         del pool
         # The threads are gone, the thread works on.
-        return niceness(), [*seen, features_of(3)]
+        return niceness(), of_pool, [*seen, features_of(3)]
 
-    before = threading_count()
-    ((nice, seen),) = in_a_new_thread(work)
+    before = settled_thread_count()
+    ((nice, of_pool, seen),) = in_a_new_thread(work)
     assert nice >= 10
-    assert len(stepped) == rayon_threads()
+    assert len(stepped) == of_pool
     assert all(nice >= 10 for _, nice in stepped)
     for seed, descriptors in enumerate(seen):
         np.testing.assert_array_equal(descriptors, features_of(seed))
     end = time.monotonic() + 10.0
-    while threading_count() > before and time.monotonic() < end:
+    while thread_count() > before and time.monotonic() < end:
         time.sleep(0.01)
-    assert threading_count() <= before
+    assert thread_count() <= before
 
 
 def test_a_thread_has_one_pool():
@@ -95,13 +97,20 @@ def test_a_thread_has_one_pool():
     in_a_new_thread(work)
 
 
-def rayon_threads() -> int:
-    return int(os.environ.get("RAYON_NUM_THREADS", "0")) or len(os.sched_getaffinity(0))
-
-
-def threading_count() -> int:
+def thread_count() -> int:
     """Threads of the process, those that Python does not know of, too."""
     return len(list(Path("/proc/self/task").iterdir()))
+
+
+def settled_thread_count() -> int:
+    """The same once threads that end are gone."""
+    count, end = thread_count(), time.monotonic() + 10.0
+    while time.monotonic() < end:
+        time.sleep(0.1)
+        last, count = count, thread_count()
+        if last == count:
+            break
+    return count
 
 
 def test_turns_and_garbage_are_as_before_afterwards():
