@@ -17,6 +17,7 @@
 #![allow(rustdoc::broken_intra_doc_links)]
 
 pub mod alignment;
+mod bilinear;
 pub mod budget;
 pub mod camera;
 pub mod candidates;

@@ -3,6 +3,7 @@
 use nalgebra::Matrix3;
 use numpy::{PyArray2, PyReadonlyArrayDyn};
 use planegrasp_core::homography::{self as core, PointMatch, RansacConfig};
+use planegrasp_core::lm::Precision;
 use pyo3::prelude::*;
 
 use crate::arrays::{matrix3, points, to_numpy};
@@ -50,7 +51,7 @@ pub fn refine_homography<'py>(
             "scale must be > 0 and finite, got {scale}"
         )));
     }
-    py.detach(|| core::refine(&matches, &start, scale, None))
+    py.detach(|| core::refine(&matches, &start, scale, None, Precision::Fine))
         .map(|refined| to_numpy(py, &refined))
         .transpose()
 }

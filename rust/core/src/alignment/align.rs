@@ -3,13 +3,18 @@
 use nalgebra::{Matrix3, SMatrix};
 
 use super::descent::{correlate, descend, farthest, render};
-use super::tiles::{SIDE, choose};
+use super::tiles::{SIDE, Tile, choose};
 use super::view::{Centred, PARAMETERS, View};
 use super::{AlignmentConfig, AlignmentReference, AlignmentWorkspace};
 use crate::GrayImage;
 
 /// A rendering from which no corner moves farther than this \[px\] is the last one.
 const SETTLED: f64 = 0.01;
+/// The first rendering, from a rough start, is of one in so many tiles …
+const FIRST_SHARE: usize = 3;
+/// … but of at least so many, and of all where not so large a share of them agrees.
+const FIRST_TILES: usize = 36;
+const FIRST_AGREEING: f64 = 0.5;
 
 /// Where an alignment ended.
 #[derive(Debug, Clone, PartialEq)]
@@ -108,29 +113,36 @@ fn align_here(
         config.max_tiles,
         &mut workspace.tiles,
     );
+    let few = spread_first(&mut workspace.tiles);
     let tiles = workspace.tiles.len();
-    // Of the first rendering and of the last.
-    workspace.correlations.resize(2 * tiles, f64::NAN);
-    let mut view = first.clone();
-    let mut iterations = 0;
-    let mut last = None;
-    for rendering in 0..config.renderings {
-        render(&view, reference, workspace);
-        let correlations = &mut workspace.correlations[rendering.min(1) * tiles..][..tiles];
-        correlate(frame, &workspace.templates, correlations);
+    workspace.templates.clear();
+    render(&first, reference, 0..few, workspace);
+    let is_last = false;
+    let mut descent = descend(&first, &first.outline, is_last, frame, config, workspace);
+    let enough = FIRST_AGREEING * few as f64;
+    if few < tiles && descent.as_ref().is_none_or(|d| (d.tiles as f64) < enough) {
+        render(&first, reference, few..tiles, workspace);
+        descent = descend(&first, &first.outline, is_last, frame, config, workspace);
+    }
+    correlate(frame, &workspace.templates, tiles, &mut workspace.before);
+    let mut last = descent?;
+    let mut iterations = last.iterations;
+    let mut view = View::new(reference, &(last.motion * first.homography))?;
+    for rendering in 1..config.renderings {
+        workspace.templates.clear();
+        render(&view, reference, 0..tiles, workspace);
+        correlate(frame, &workspace.templates, tiles, &mut workspace.after);
         let is_last = rendering + 1 == config.renderings;
-        let descent = descend(&view, &first.outline, is_last, frame, config, workspace)?;
-        iterations += descent.iterations;
-        let next = View::new(reference, &(descent.motion * view.homography))?;
+        last = descend(&view, &first.outline, is_last, frame, config, workspace)?;
+        iterations += last.iterations;
+        let next = View::new(reference, &(last.motion * view.homography))?;
         let moved = farthest(&next.outline, &view.outline);
         view = next;
-        last = Some(descent);
-        if rendering > 0 && moved < SETTLED {
+        if moved < SETTLED {
             break;
         }
     }
-    let last = last?;
-    let (before, after) = workspace.correlations.split_at(tiles);
+    let (before, after) = (&workspace.before, &workspace.after);
     let [score_before, score_after] = scores(before, after, config.min_correlation)?;
     let moved = farthest(&view.outline, &first.outline);
     let accepted = score_after > score_before && moved <= config.max_motion;
@@ -149,6 +161,18 @@ fn align_here(
         compared: tiles,
         information: of_corners(&last.information, &view)?,
     })
+}
+
+/// Puts the tiles of the first rendering first, spread evenly over the others; returns their number.
+fn spread_first(tiles: &mut [Tile]) -> usize {
+    let few = tiles.len().div_ceil(FIRST_SHARE);
+    if few < FIRST_TILES {
+        return tiles.len();
+    }
+    for number in 0..few {
+        tiles.swap(number, number * FIRST_SHARE);
+    }
+    few
 }
 
 /// Mean correlations, by Fisher's transformation, of the tiles that both renderings have and at least one of them agrees with: a

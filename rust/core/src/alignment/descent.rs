@@ -1,5 +1,7 @@
 //! Alignment on one rendering of the reference.
 
+use std::ops::Range;
+
 use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2};
 
 use super::displacement::{Displacement, measure};
@@ -30,21 +32,31 @@ pub struct Descent {
     pub information: SMatrix<f64, PARAMETERS, PARAMETERS>,
 }
 
-/// Renders the chosen tiles as the view shows them.
+/// Renders chosen tiles as the view shows them, besides those that are rendered already.
 #[inline(always)]
-pub fn render(view: &View, reference: &AlignmentReference, workspace: &mut AlignmentWorkspace) {
-    workspace.templates.clear();
-    for (number, &tile) in workspace.tiles.iter().enumerate() {
-        let template = Template::render(number, tile, view, reference);
+pub fn render(
+    view: &View,
+    reference: &AlignmentReference,
+    numbers: Range<usize>,
+    workspace: &mut AlignmentWorkspace,
+) {
+    for number in numbers {
+        let template = Template::render(number, workspace.tiles[number], view, reference);
         workspace.templates.extend(template);
     }
 }
 
-/// Correlation of each tile with the frame where it was rendered, by its number; NaN where it has
-/// none.
+/// Correlation of each of so many tiles with the frame where it was rendered, by its number; NaN
+/// where it has none.
 #[inline(always)]
-pub fn correlate(frame: &GrayImage, templates: &[Template], correlations: &mut [f64]) {
-    correlations.fill(f64::NAN);
+pub fn correlate(
+    frame: &GrayImage,
+    templates: &[Template],
+    tiles: usize,
+    correlations: &mut Vec<f64>,
+) {
+    correlations.clear();
+    correlations.resize(tiles, f64::NAN);
     for template in templates {
         if let Some(displacement) = measure(template, frame, &Matrix3::identity()) {
             correlations[template.number] = displacement.correlation;

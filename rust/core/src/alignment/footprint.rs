@@ -10,6 +10,7 @@ use super::AlignmentReference;
 use super::area::Level;
 use super::tiles::{PIXELS, SIDE, Tile};
 use super::view::View;
+use crate::bilinear::{blend, pair};
 
 /// Side of a tile with the border that its gradients need.
 pub const BORDERED: usize = SIDE + 2;
@@ -187,19 +188,6 @@ fn add_samples(
         let lower = blend(below[i], fx[i]);
         sums[i] += upper + fy[i] * (lower - upper);
     }
-}
-
-/// Two neighbouring pixels, the left one in the low byte.
-#[inline(always)]
-fn pair(pixels: &[u8], first: usize) -> u16 {
-    let pair = &pixels[first..first + 2];
-    u16::from_le_bytes([pair[0], pair[1]])
-}
-
-#[inline(always)]
-fn blend(pair: u16, fraction: f32) -> f32 {
-    let (left, right) = (f32::from(pair & 0xff), f32::from(pair >> 8));
-    left + fraction * (right - left)
 }
 
 const fn grid() -> [[f32; BORDERED_PIXELS]; 2] {

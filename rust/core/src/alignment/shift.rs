@@ -32,7 +32,9 @@ pub fn shifted(
     loop {
         let tiles = &mut workspace.tiles;
         choose(&view, reference, frame, step, MOST_TILES, tiles);
-        render(&view, reference, workspace);
+        workspace.templates.clear();
+        let chosen = workspace.tiles.len();
+        render(&view, reference, 0..chosen, workspace);
         if workspace.templates.len() >= ENOUGH_TILES || step <= CLOSEST {
             break;
         }

@@ -16,7 +16,9 @@ pub struct AlignmentWorkspace {
     pub(super) observed: Vec<usize>,
     pub(super) agreeing: Vec<Vector2<f64>>,
     pub(super) squares: Vec<f64>,
-    pub(super) correlations: Vec<f64>,
+    /// Correlations of the tiles by their number, of the first rendering and of the last.
+    pub(super) before: Vec<f64>,
+    pub(super) after: Vec<f64>,
 }
 
 impl AlignmentWorkspace {

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Vector2};
 
+use crate::bilinear::{blend, pair};
 use crate::{GrayImage, InputError};
 
 /// Side of the compared image [px].
@@ -102,18 +103,16 @@ impl Appearance {
             Matrix3::new_nonuniform_scaling(&step) * Matrix3::new_translation(&[0.5, 0.5].into());
         let H = (homography * edge_from_square).map(|v| v as f32);
         let mut warped = vec![0.0; SIDE * SIDE];
-        for (y, pixels) in warped.chunks_exact_mut(SIDE).enumerate() {
-            // First where all pixels of a row lie: that much is done several at a time.
+        for (y, pixels) in warped.as_chunks_mut::<SIDE>().0.iter_mut().enumerate() {
             let row = H.column(1) * y as f32 + H.column(2);
-            let mut at = [[0.0_f32; 2]; SIDE];
-            for (x, at) in at.iter_mut().enumerate() {
-                let x = x as f32;
+            let (mut xs, mut ys) = ([0.0; SIDE], [0.0; SIDE]);
+            for i in 0..SIDE {
+                let x = i as f32;
                 let inverse = 1.0 / (H[(2, 0)] * x + row[2]);
-                *at = [0, 1].map(|i| (H[(i, 0)] * x + row[i]) * inverse);
+                xs[i] = (H[(0, 0)] * x + row[0]) * inverse;
+                ys[i] = (H[(1, 0)] * x + row[1]) * inverse;
             }
-            for (pixel, [x, y]) in pixels.iter_mut().zip(at) {
-                *pixel = bilinear(frame, x, y);
-            }
+            sample(frame, &xs, &ys, pixels);
         }
         warped
     }
@@ -135,21 +134,40 @@ impl pulp::NullaryFnOnce for Comparison<'_> {
     }
 }
 
-/// Grey level between pixel centres; 0 outside of the image.
+/// Grey levels between pixel centres; 0 outside of the image.
+///
+/// Only the pixels are read one by one, the rest is done several at a time.
 #[inline(always)]
-fn bilinear(image: GrayImage<'_>, x: f32, y: f32) -> f32 {
-    let (right, bottom) = (image.width() as f32 - 1.0, image.height() as f32 - 1.0);
-    if !(x >= 0.0 && y >= 0.0 && x <= right && y <= bottom) {
-        return 0.0;
+fn sample(image: GrayImage<'_>, xs: &[f32; SIDE], ys: &[f32; SIDE], out: &mut [f32; SIDE]) {
+    let (width, height) = (image.width(), image.height());
+    if width < 2 || height < 2 {
+        return;
     }
-    let (column, row) = (x as usize, y as usize);
-    let (fx, fy) = (x - column as f32, y - row as f32);
-    let next = (column + 1).min(image.width() - 1);
-    let across = |row: usize| {
-        let line = image.row(row);
-        f32::from(line[column]) * (1.0 - fx) + f32::from(line[next]) * fx
-    };
-    across(row) * (1.0 - fy) + across((row + 1).min(image.height() - 1)) * fy
+    let (right, bottom) = (width as f32 - 1.0, height as f32 - 1.0);
+    // At the last column and row the fraction is one.
+    let (last_column, last_row) = (width as i32 - 2, height as i32 - 2);
+    let (mut fx, mut fy, mut inside) = ([0.0; SIDE], [0.0; SIDE], [0.0; SIDE]);
+    let mut first = [0_i32; SIDE];
+    for i in 0..SIDE {
+        let (x, y) = (xs[i], ys[i]);
+        let is_inside = (x >= 0.0) & (y >= 0.0) & (x <= right) & (y <= bottom);
+        inside[i] = f32::from(u8::from(is_inside));
+        // NaN becomes zero by `max`.
+        let (x, y) = (x.max(0.0).min(right), y.max(0.0).min(bottom));
+        let (column, row) = ((x as i32).min(last_column), (y as i32).min(last_row));
+        fx[i] = x - column as f32;
+        fy[i] = y - row as f32;
+        first[i] = row * width as i32 + column;
+    }
+    let (mut above, mut below) = ([0_u16; SIDE], [0_u16; SIDE]);
+    for i in 0..SIDE {
+        above[i] = pair(image.pixels(), first[i] as usize);
+        below[i] = pair(image.pixels(), first[i] as usize + width);
+    }
+    for i in 0..SIDE {
+        let (upper, lower) = (blend(above[i], fx[i]), blend(below[i], fx[i]));
+        out[i] = inside[i] * (upper + fy[i] * (lower - upper));
+    }
 }
 
 /// The image as a square, each pixel the mean over its area.
