@@ -574,7 +574,8 @@ def first_looks(taught):
 
 def test_what_a_first_look_misses_a_closer_one_finds(first_looks, taught):
     scenes = [frame_of((taught("coffee"), pose(tilt=62, axis=i)), seed=i) for i in range(4)]
-    hasty, thorough = first_looks(64), first_looks(0)
+    # The first block of bright keypoints and the first of dark ones.
+    hasty, thorough = first_looks(32), first_looks(0)
     for scene in scenes:
         truth = scene.corners[0]
         (found,), (expected,) = (d.detect(scene.frame) for d in (hasty, thorough))
@@ -599,13 +600,14 @@ def test_a_closer_look_is_at_the_faces_with_most_matches(first_looks, taught, mo
     assert {r.face for r in report.faces}  # Also those without a closer look have a fate.
 
 
-@pytest.mark.parametrize("tilt", [30, 45])
+@pytest.mark.parametrize("tilt", [30, 35])
 def test_few_inliers_are_enough_where_grey_values_leave_no_doubt(
     first_looks, taught, monkeypatch, tilt
 ):
     T = pose(tilt=tilt)
     rendering = frame_of((taught("coffee"), T))
-    hasty = Detector.of(first_looks(0).prepared(taught("coffee")), replace(QUICK, first_look=32))
+    # The first keypoint's block: 32 of its sign.
+    hasty = Detector.of(first_looks(0).prepared(taught("coffee")), replace(QUICK, first_look=1))
 
     def closer(*_):
         pytest.fail("the face was found for sure")

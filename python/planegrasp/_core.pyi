@@ -387,8 +387,9 @@ class ReferenceIndex:
         frames: NDArray[np.float32],
         descriptors: NDArray[np.uint8],
         radius: float,
+        signs: NDArray[np.int8] | None = None,
     ) -> int:
-        """Add a face (N×2, N×2×2, N×length; see `planegrasp.matching.ReferenceSet`).
+        """Add a face (N×2, N×2×2, N×length, N; see `planegrasp.matching.ReferenceSet`).
 
         Returns:
             Its number: the next one, counting those that were removed.
@@ -426,6 +427,7 @@ class ReferenceIndex:
         *,
         among: NDArray[np.uint32],
         first: NDArray[np.uint32] | None = None,
+        signs: NDArray[np.int8] | None = None,
     ) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float32], NDArray[np.float32]]:
         """The k nearest references of each descriptor (N×length), nearest first.
 
@@ -433,8 +435,9 @@ class ReferenceIndex:
             descriptors: N×length.
             k: at least 1.
             among: numbers of the faces to look at.
-            first: how many descriptors of each of them to look at, rounded up to whole blocks of
-                32; None = all.
+            first: how many descriptors of each of them to look at, those of a sign rounded up to
+                whole blocks of 32; None = all.
+            signs: N, -1, 0 or 1; only references of a query's sign are looked at. None = all 0.
 
         Returns:
             N×k numbers of faces and N×k numbers within the face, -1 for none; N×k distances (L2
@@ -443,7 +446,8 @@ class ReferenceIndex:
             where the nearest elsewhere is beyond the farthest distance, the nearest over that.
 
         Raises:
-            InvalidInputError: for another length, k = 0, or `first` that is not as long as `among`.
+            InvalidInputError: for another length or number, k = 0, another sign, or `first` that
+                is not as long as `among`.
         """
 
 def by_usefulness(
@@ -560,8 +564,9 @@ class Sift:
         NDArray[np.float32],
         NDArray[np.float32],
         NDArray[np.uint8],
+        NDArray[np.int8],
     ]:
-        """Points N×2, scales, angles, responses and descriptors N×128 of an H×W image."""
+        """Points N×2, scales, angles, responses, descriptors N×128 and signs of an H×W image."""
 
 @final
 class Surf:

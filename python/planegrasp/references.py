@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from planegrasp.objects import ObjectModel, PlanarFace
 
 # Part of the cache's key: to be raised whenever the same settings give other features.
-_VERSION = "6"
+_VERSION = "7"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,6 +88,7 @@ def prepare_face(
             "points": (edge_from_pixel(features.points) * enlarge).astype(np.float32),
             "frames": (enlarge[:, None] * features.frames).astype(np.float32),
             "descriptors": features.descriptors,
+            "signs": features.signs,
             "served": np.array(served),
         }
         feature_cache.store(cache, key, arrays)
@@ -97,6 +98,7 @@ def prepare_face(
         cast("NDArray[np.float32]", arrays["descriptors"]),
         same_place * max(width, height),
         float(cast("NDArray[np.float64]", arrays["served"])),
+        cast("NDArray[np.int8]", arrays["signs"]),
     )
     return FaceReference(model, face), references
 

@@ -257,13 +257,29 @@ def test_features_refuse_arrays_that_do_not_belong_together():
         replace(good, points=np.zeros((3, 3)))
     with pytest.raises(InvalidInputError, match=r"3 points and \[3, 3, 3, 2\]"):
         replace(good, descriptors=np.zeros((2, 8), np.uint8))
+    with pytest.raises(InvalidInputError, match="one sign a point, got 4 for 3"):
+        replace(good, signs=np.ones(4, np.int8))
+
+
+def test_the_sign_of_sift_tells_dark_blobs_from_bright_ones():
+    y, x = np.mgrid[:200, :300]
+    blob = np.exp(-((x - 90) ** 2 + (y - 100) ** 2) / (2 * 8**2))
+    blob -= np.exp(-((x - 210) ** 2 + (y - 100) ** 2) / (2 * 8**2))
+    image = np.rint(128 + 100 * blob).astype(np.uint8)
+    for shown, bright_side in ((image, -1), (255 - image, 1)):
+        features = SIFT().extract(shown)
+        for middle, sign in ((90, bright_side), (210, -bright_side)):
+            there = np.linalg.norm(features.points - (middle, 100), axis=1) < 2
+            assert np.count_nonzero(there) > 0
+            assert np.all(features.signs[there] == sign)
 
 
 def test_selection_keeps_what_belongs_together():
     numbers = np.arange(5)
     points = np.column_stack([numbers, numbers])
     described = numbers[:, None].astype(np.uint8)
-    features = Features(points, numbers, 2 * numbers, -numbers, described)
+    signs = np.array([1, -1, 0, 1, -1], np.int8)
+    features = Features(points, numbers, 2 * numbers, -numbers, described, signs)
     for chosen in (np.array([4, 1]), np.isin(numbers, [1, 4])):
         some = features.select(chosen)
         np.testing.assert_array_equal(some.points[:, 0], some.scales)
@@ -271,3 +287,4 @@ def test_selection_keeps_what_belongs_together():
         np.testing.assert_array_equal(some.scales, -some.responses)
         np.testing.assert_array_equal(some.scales, some.descriptors[:, 0])
         assert sorted(some.scales) == [1, 4]
+        np.testing.assert_array_equal(some.signs, [-1, -1])

@@ -61,6 +61,7 @@ def test_what_cannot_serve_is_dropped(gray, features):
         np.concatenate([features.points, moved, features.points]).astype(np.float32),
         np.concatenate([features.frames] * 3),
         np.concatenate([noise, noise[::-1], features.descriptors]),
+        np.concatenate([features.signs] * 3),
     )
     kept = kept_of(mixed, gray)
     assert len(kept) > 100
@@ -72,6 +73,7 @@ def test_a_descriptor_that_also_lies_elsewhere_serves_nothing(gray, features):
         np.concatenate([features.points, features.points[::-1]]),
         np.concatenate([features.frames] * 2),
         np.concatenate([features.descriptors] * 2),
+        np.concatenate([features.signs] * 2),
     )
     # What is 2 px off a place is still right there, on top of what counts as one place.
     apart = np.linalg.norm(features.points - features.points[::-1], axis=1)

@@ -115,6 +115,25 @@ def test_only_the_faces_and_the_first_descriptors_asked_for_are_looked_at():
         index.candidates(faces[2][1], 1, among=np.array([3], np.uint32))
 
 
+def test_only_references_of_a_querys_sign_are_looked_at():
+    points, descriptors = face(100, 16, 0)
+    signs = np.where(np.arange(100) % 3 > 0, 1, -1).astype(np.int8)
+    index = _core.ReferenceIndex(16, is_binary=False)
+    index.add(points, upright(100), descriptors, 1.0, signs)
+    among = np.zeros(1, np.uint32)
+    for asked in (signs, -signs):
+        _, reference, distance, _ = index.candidates(descriptors, 1, among=among, signs=asked)
+        np.testing.assert_array_equal(signs[reference[:, 0]], asked)
+        # Each finds itself where it may.
+        np.testing.assert_array_equal(distance[:, 0] == 0, asked == signs)
+    unknown = index.candidates(descriptors, 1, among=among)[0]
+    np.testing.assert_array_equal(unknown, np.full((100, 1), -1))
+    with pytest.raises(InvalidInputError, match="100 descriptors and 7 signs"):
+        index.candidates(descriptors, 1, among=among, signs=signs[:7])
+    with pytest.raises(InvalidInputError, match="sign must be -1, 0 or 1, got 2"):
+        index.add(points, upright(100), descriptors, 1.0, 2 * np.abs(signs))
+
+
 def test_a_large_library_proposes_what_is_seen_in_one_piece():
     rng = np.random.default_rng(0)
     index = _core.ReferenceIndex(32, is_binary=False)

@@ -24,6 +24,9 @@ class Features:
         responses: N float32, strength of the keypoint, larger is stronger.
         descriptors: N×D, float32 or uint8 vectors (compared by L2) or uint8 bit strings (compared
             by Hamming); the extractor says which.
+        signs: N int8, sign of the Laplacian: 1 = darker than what is about it, -1 = brighter, 0 =
+            unknown. Only keypoints of one sign look alike (Bay et al., CVIU 2008, section 4.3).
+            None: all unknown.
     """
 
     points: NDArray[np.float32]
@@ -31,6 +34,7 @@ class Features:
     angles: NDArray[np.float32]
     responses: NDArray[np.float32]
     descriptors: NDArray[np.float32] | NDArray[np.uint8]
+    signs: NDArray[np.int8] | None = None
 
     def __post_init__(self) -> None:
         n = len(self.points)
@@ -44,6 +48,10 @@ class Features:
             raise InvalidInputError(
                 f"features need one scale, angle, response and descriptor a point, got "
                 f"{n} points and {lengths} of those"
+            )
+        if self.signs is not None and len(self.signs) != n:
+            raise InvalidInputError(
+                f"features need one sign a point, got {len(self.signs)} for {n}"
             )
 
     def __len__(self) -> int:
@@ -64,6 +72,7 @@ class Features:
             self.angles[keep],
             self.responses[keep],
             self.descriptors[keep],
+            None if self.signs is None else self.signs[keep],
         )
 
 

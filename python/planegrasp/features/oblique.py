@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from planegrasp.features.base import Extractor
+    from planegrasp.features.base import Extractor, Features
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,18 +123,22 @@ class ObliqueFeatures:
         points: M×2 float32, reference pixels (centres at integers).
         frames: M×2×2 float32, from each keypoint's own frame to the reference.
         descriptors: M×D.
+        signs: M int8, see `Features`; 0 where the extractor says none.
     """
 
     points: NDArray[np.float32]
     frames: NDArray[np.float32]
     descriptors: NDArray[np.float32] | NDArray[np.uint8]
+    signs: NDArray[np.int8]
 
     def __len__(self) -> int:
         return len(self.points)
 
     def select(self, keep: NDArray[np.intp]) -> ObliqueFeatures:
         """The features at indices, in their order."""
-        return ObliqueFeatures(self.points[keep], self.frames[keep], self.descriptors[keep])
+        return ObliqueFeatures(
+            self.points[keep], self.frames[keep], self.descriptors[keep], self.signs[keep]
+        )
 
 
 def extract_oblique(
@@ -153,10 +157,17 @@ def extract_oblique(
                 points[inside].astype(np.float32),
                 (reference_from_view @ features.frames[inside]).astype(np.float32),
                 features.descriptors[inside],
+                known_signs(features)[inside],
             )
         )
     return ObliqueFeatures(
         np.concatenate([p.points for p in parts]),
         np.concatenate([p.frames for p in parts]),
         np.concatenate([p.descriptors for p in parts]),
+        np.concatenate([p.signs for p in parts]),
     )
+
+
+def known_signs(features: Features) -> NDArray[np.int8]:
+    """The features' signs, 0 where the extractor says none."""
+    return np.zeros(len(features), np.int8) if features.signs is None else features.signs

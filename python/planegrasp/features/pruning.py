@@ -17,7 +17,7 @@ import numpy as np
 
 from planegrasp import _core
 from planegrasp.errors import InvalidInputError
-from planegrasp.features.oblique import View, oblique_view
+from planegrasp.features.oblique import View, known_signs, oblique_view
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -77,12 +77,14 @@ class _Trial:
 
     Attributes:
         descriptors: F×D.
+        signs: F, see `Features`.
         points: F×2, where they truly lie on the reference (pixels, centres at integers).
         view_from_reference: F×2×2, the linear part of each one's view.
         view: F, number of the view.
     """
 
     descriptors: NDArray[np.uint8]
+    signs: NDArray[np.int8]
     points: NDArray[np.float64]
     view_from_reference: NDArray[np.float64]
     view: NDArray[np.uint32]
@@ -125,9 +127,12 @@ def by_usefulness(
         return Useful(np.zeros(0, np.intp), 0.0)  # a trial view may have some: of its noise
     trial = _trial(gray, extractor, blur, config)
     index = _core.ReferenceIndex(features.descriptors.shape[1], is_binary=extractor.is_binary)
-    index.add(features.points, features.frames, _bytes(features.descriptors), same_place)
+    descriptors = _bytes(features.descriptors)
+    index.add(features.points, features.frames, descriptors, same_place, features.signs)
     this = np.zeros(1, np.uint32)
-    _, reference, distance, _ = index.candidates(trial.descriptors, _NEIGHBOURS, among=this)
+    _, reference, distance, _ = index.candidates(
+        trial.descriptors, _NEIGHBOURS, among=this, signs=trial.signs
+    )
     offset = features.points[reference] - trial.points[:, None]
     in_view = np.einsum("fab,fkb->fka", trial.view_from_reference, offset)
     right = (reference >= 0) & (np.linalg.norm(in_view, axis=2) <= _RIGHT_PX)
@@ -159,6 +164,7 @@ def _trial(
         parts.append(
             _Trial(
                 _bytes(features.descriptors[inside]),
+                known_signs(features)[inside],
                 points[inside],
                 np.broadcast_to(linear, (count, 2, 2)),
                 np.full(count, number, np.uint32),
@@ -166,6 +172,7 @@ def _trial(
         )
     return _Trial(
         np.concatenate([p.descriptors for p in parts]),
+        np.concatenate([p.signs for p in parts]),
         np.concatenate([p.points for p in parts]),
         np.concatenate([p.view_from_reference for p in parts]),
         np.concatenate([p.view for p in parts]),

@@ -46,6 +46,7 @@ class ReferenceSet:
         radius: two points of the face closer than this [reference px] count as the same place.
         served: how rich the face's poor views are, see `planegrasp.features.pruning.Useful`; 0 =
             unknown.
+        signs: M int8, see `Features`; None = all unknown.
     """
 
     points: NDArray[np.float32]
@@ -53,6 +54,7 @@ class ReferenceSet:
     descriptors: NDArray[np.float32] | NDArray[np.uint8]
     radius: float
     served: float = 0.0
+    signs: NDArray[np.int8] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -139,7 +141,7 @@ class NativeIndex:
     def add(self, face: ReferenceSet) -> None:
         """Add a face, which gets the next number; nothing is built anew."""
         descriptors = face.descriptors.astype(np.uint8, copy=False)
-        self._index.add(face.points, face.frames, descriptors, face.radius)
+        self._index.add(face.points, face.frames, descriptors, face.radius, face.signs)
         self._sizes.append(len(face.points))
         self._need.append(1.0 / (_NEED_OFFSET + face.served))
 
@@ -149,7 +151,9 @@ class NativeIndex:
         keypoints = features.points, features.scales, features.angles
         faces = self._index.propose(descriptors, *keypoints, among=among)
         first = self._shares(faces)
-        found = self._index.candidates(descriptors, k, among=faces, first=first)
+        found = self._index.candidates(
+            descriptors, k, among=faces, first=first, signs=features.signs
+        )
         return Look(Candidates(*found), faces, self._closer(faces, first))
 
     def _closer(
@@ -185,7 +189,10 @@ class NativeIndex:
         """See `ReferenceIndex.look_closer`."""
         descriptors = features.descriptors.astype(np.uint8, copy=False)
         first = np.full(len(faces), most, np.uint32)
-        return Candidates(*self._index.candidates(descriptors, k, among=faces, first=first))
+        found = self._index.candidates(
+            descriptors, k, among=faces, first=first, signs=features.signs
+        )
+        return Candidates(*found)
 
 
 class NeighbourIndex:

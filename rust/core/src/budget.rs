@@ -83,6 +83,7 @@ mod tests {
             scale: 4.0,
             angle: 0.0,
             response,
+            sign: 0,
         }
     }
 

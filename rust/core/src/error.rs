@@ -70,6 +70,14 @@ pub enum InputError {
         /// Number of frames.
         frames: usize,
     },
+    /// There is not one sign for each descriptor.
+    #[error("each descriptor needs a sign, got {descriptors} descriptors and {signs} signs")]
+    SignCount {
+        /// Number of descriptors.
+        descriptors: usize,
+        /// Number of signs.
+        signs: usize,
+    },
     /// Candidates do not fit the features that they are of.
     #[error(
         "{features} features need {k} candidates (at least one) and a ratio, a scale and an angle \

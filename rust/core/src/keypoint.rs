@@ -13,4 +13,8 @@ pub struct Keypoint {
     pub angle: f32,
     /// Strength, larger is stronger.
     pub response: f32,
+    /// Sign of the Laplacian: 1 where the middle is darker than what is about it, -1 where it is brighter,
+    /// 0 where that is unknown. Keypoints of different signs cannot look alike (Bay et al., CVIU
+    /// 2008, section 4.3).
+    pub sign: i8,
 }

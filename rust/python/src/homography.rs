@@ -3,7 +3,6 @@
 use nalgebra::Matrix3;
 use numpy::{PyArray2, PyReadonlyArrayDyn};
 use planegrasp_core::homography::{self as core, PointMatch, RansacConfig};
-use planegrasp_core::lm::Precision;
 use pyo3::prelude::*;
 
 use crate::arrays::{matrix3, points, to_numpy};
@@ -51,7 +50,7 @@ pub fn refine_homography<'py>(
             "scale must be > 0 and finite, got {scale}"
         )));
     }
-    py.detach(|| core::refine(&matches, &start, scale, None, Precision::Fine))
+    py.detach(|| core::refine(&matches, &start, scale, None))
         .map(|refined| to_numpy(py, &refined))
         .transpose()
 }

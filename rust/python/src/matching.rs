@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use numpy::{PyReadonlyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
-use planegrasp_core::matching::{self as core, Metric, NONE, QueryKeypoint};
+use planegrasp_core::matching::{self as core, Metric, NONE, Queries, QueryKeypoint};
 use pyo3::prelude::*;
 
 use crate::arrays::values;
@@ -55,6 +55,8 @@ impl ReferenceIndex {
     }
 
     /// Adds a face and returns its number.
+    #[pyo3(signature = (points, frames, descriptors, radius, signs = None))]
+    #[allow(clippy::too_many_arguments)] // one array each
     fn add(
         &mut self,
         py: Python<'_>,
@@ -62,12 +64,18 @@ impl ReferenceIndex {
         frames: PyReadonlyArrayDyn<'_, f32>,
         descriptors: PyReadonlyArrayDyn<'_, u8>,
         radius: f32,
+        signs: Option<PyReadonlyArray1<'_, i8>>,
     ) -> PyResult<usize> {
         let points = rows(&points, &[2], "points")?;
         let frames = rows(&frames, &[2, 2], "frames")?;
         let descriptors = self.descriptors(&descriptors)?.into_owned();
+        let signs = signs.map(|signs| signs.as_array().to_vec());
         py.detach(|| {
-            let set = core::ReferenceSet::new(points, frames, descriptors, self.length, radius)?;
+            let mut set =
+                core::ReferenceSet::new(points, frames, descriptors, self.length, radius)?;
+            if let Some(signs) = signs {
+                set = set.with_signs(&signs)?;
+            }
             self.index.add(set)
         })
         .map_err(from_input_error)
@@ -101,7 +109,8 @@ impl ReferenceIndex {
     }
 
     /// The k nearest references of each descriptor: face, reference, distance, and the ratio.
-    #[pyo3(signature = (descriptors, k, *, among, first = None))]
+    #[pyo3(signature = (descriptors, k, *, among, first = None, signs = None))]
+    #[allow(clippy::too_many_arguments)] // one array each
     fn candidates<'py>(
         &self,
         py: Python<'py>,
@@ -109,12 +118,18 @@ impl ReferenceIndex {
         k: usize,
         among: PyReadonlyArray1<'_, u32>,
         first: Option<PyReadonlyArray1<'_, u32>>,
+        signs: Option<PyReadonlyArray1<'_, i8>>,
     ) -> PyResult<Found<'py>> {
-        let queries = self.descriptors(&descriptors)?;
-        let count = queries.len() / self.length;
+        let descriptors = self.descriptors(&descriptors)?;
+        let count = descriptors.len() / self.length;
+        let signs = signs.map(|signs| signs.as_array().to_vec());
+        let queries = Queries {
+            descriptors: &descriptors,
+            signs: signs.as_deref(),
+        };
         let among = scope(&among, first.as_ref())?;
         let mut found = core::Candidates::default();
-        py.detach(|| self.index.candidates_into(&queries, k, &among, &mut found))
+        py.detach(|| self.index.candidates_into(queries, k, &among, &mut found))
             .map_err(from_input_error)?;
         let shape = [count, k];
         Ok((

@@ -17,6 +17,7 @@ type Arrays<'py> = (
     Bound<'py, PyArray1<f32>>,
     Bound<'py, PyArray1<f32>>,
     Bound<'py, PyArray2<u8>>,
+    Bound<'py, PyArray1<i8>>,
 );
 
 /// More are no processor's, and starting them would take minutes.
@@ -85,7 +86,7 @@ impl Sift {
         Ok(dict)
     }
 
-    /// Points, scales, angles, responses and descriptors of an image.
+    /// Points, scales, angles, responses, descriptors and signs of an image.
     fn extract<'py>(
         &self,
         py: Python<'py>,
@@ -105,6 +106,7 @@ impl Sift {
                 .descriptors
                 .into_pyarray(py)
                 .reshape((columns.count, LENGTH))?,
+            columns.signs.into_pyarray(py),
         ))
     }
 }
@@ -127,6 +129,7 @@ struct Columns {
     count: usize,
     numbers: [Vec<f32>; 4],
     descriptors: Vec<u8>,
+    signs: Vec<i8>,
 }
 
 impl Columns {
@@ -141,6 +144,7 @@ impl Columns {
                 column(|k| k.response),
             ],
             descriptors: features.descriptors.as_flattened().to_vec(),
+            signs: features.keypoints.iter().map(|k| k.sign).collect(),
         }
     }
 }

@@ -39,7 +39,7 @@ fuzz_target!(|input: Input| {
         let sigma = sigma.0;
         Some(Prior { rigidity, sigma })
     });
-    if let Some(H) = refine(matches, &input.start.0, input.scale.0, prior.as_ref(), Precision::Fine) {
+    if let Some(H) = refine(matches, &input.start.0, input.scale.0, prior.as_ref()) {
         assert!(H.iter().all(|v| v.is_finite()), "{H}");
     }
 });

@@ -2,9 +2,9 @@
 
 use nalgebra::{Matrix3, SMatrix};
 
-use super::descent::{correlate, descend, farthest, render};
+use super::descent::{Descent, correlate, descend, farthest, render};
 use super::tiles::{SIDE, Tile, choose};
-use super::view::{Centred, PARAMETERS, View};
+use super::view::{Centred, PARAMETERS, View, apply};
 use super::{AlignmentConfig, AlignmentReference, AlignmentWorkspace};
 use crate::GrayImage;
 
@@ -12,9 +12,11 @@ use crate::GrayImage;
 const SETTLED: f64 = 0.01;
 /// The first rendering, from a rough start, is of one in so many tiles …
 const FIRST_SHARE: usize = 3;
-/// … but of at least so many, and of all where not so large a share of them agrees.
+/// … but of at least so many, and of all where not so large a share of them agrees, or a corner
+/// moves farther than this \[px\]: then the start is poor, or something hides the face.
 const FIRST_TILES: usize = 36;
-const FIRST_AGREEING: f64 = 0.5;
+const FIRST_AGREEING: f64 = 0.8;
+const FIRST_MOTION: f64 = 2.0;
 
 /// Where an alignment ended.
 #[derive(Debug, Clone, PartialEq)]
@@ -119,8 +121,7 @@ fn align_here(
     render(&first, reference, 0..few, workspace);
     let is_last = false;
     let mut descent = descend(&first, &first.outline, is_last, frame, config, workspace);
-    let enough = FIRST_AGREEING * few as f64;
-    if few < tiles && descent.as_ref().is_none_or(|d| (d.tiles as f64) < enough) {
+    if few < tiles && !descent.as_ref().is_some_and(|d| is_clear(d, few, &first)) {
         render(&first, reference, few..tiles, workspace);
         descent = descend(&first, &first.outline, is_last, frame, config, workspace);
     }
@@ -161,6 +162,13 @@ fn align_here(
         compared: tiles,
         information: of_corners(&last.information, &view)?,
     })
+}
+
+/// Whether so few tiles leave no doubt where the face is.
+fn is_clear(descent: &Descent, few: usize, start: &View) -> bool {
+    let outline = start.outline.map(|corner| apply(&descent.motion, corner));
+    descent.tiles as f64 >= FIRST_AGREEING * few as f64
+        && farthest(&outline, &start.outline) <= FIRST_MOTION
 }
 
 /// Puts the tiles of the first rendering first, spread evenly over the others; returns their number.

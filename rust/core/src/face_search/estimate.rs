@@ -12,15 +12,10 @@ use super::settings::SearchSettings;
 use super::support::supported;
 use crate::Camera;
 use crate::homography::{PointMatch, Prior, RansacConfig, estimate, refine as refine_on};
-use crate::lm::Precision;
 
 /// Rounds of collecting the matches that agree and fitting to them: how far a match may be off, over
 /// the threshold. A rough start is right near the matches that it comes from only.
-const ROUNDS: [(f64, Precision); 3] = [
-    (2.0, Precision::Coarse),
-    (1.0, Precision::Coarse),
-    (1.0, Precision::Fine),
-];
+const ROUNDS: [f64; 3] = [2.0, 1.0, 1.0];
 /// So many inliers are no chance, and only one rigid view agrees with them.
 pub const SURE: usize = 30;
 /// Scale of the loss in refinement over the threshold: most inliers are far better than the worst.
@@ -176,14 +171,14 @@ fn refined(
     settings: &SearchSettings,
 ) -> Option<HomographyEstimate> {
     let mut matrix = normalise(start)?;
-    for (tolerance, precision) in ROUNDS {
+    for tolerance in ROUNDS {
         let radius = tolerance * settings.threshold;
         let inliers = one_per_place(evidence.agreeing(&matrix, radius));
         if inliers.len() < 4 {
             return None;
         }
         let scale = LOSS_SCALE * settings.threshold;
-        let fitted = refine_on(&points(&inliers), &matrix, scale, prior, precision);
+        let fitted = refine_on(&points(&inliers), &matrix, scale, prior);
         matrix = fitted.map_or(Some(matrix), |fitted| normalise(&fitted))?;
     }
     let inliers = one_per_place(evidence.agreeing(&matrix, settings.threshold));

@@ -29,7 +29,6 @@ pub fn refine(
     start: &Matrix3<f64>,
     scale: f64,
     prior: Option<&Prior>,
-    precision: Precision,
 ) -> Option<Matrix3<f64>> {
     let conditioning = Conditioning::of(matches)?;
     let conditioned: Vec<PointMatch> = matches
@@ -48,7 +47,7 @@ pub fn refine(
         &conditioning.conditioned(start)?,
         conditioning.target_length(scale),
         prior.as_ref(),
-        precision,
+        Precision::Fine,
     )?;
     conditioning.original(&refined)
 }
@@ -274,7 +273,7 @@ mod tests {
         let mut start = TRUTH;
         start[(0, 2)] += 8.0;
         start[(1, 0)] += 0.03;
-        let H = refine(&matches(0.0), &start, 1.0, None, Precision::Fine).unwrap();
+        let H = refine(&matches(0.0), &start, 1.0, None).unwrap();
         assert!((H / H[(2, 2)] - TRUTH).amax() < 1e-5, "{H}");
     }
 
@@ -284,7 +283,7 @@ mod tests {
         for point in noisy.iter_mut().step_by(10) {
             point.target.x += 40.0;
         }
-        let H = refine(&noisy, &TRUTH, 1.0, None, Precision::Fine).unwrap();
+        let H = refine(&noisy, &TRUTH, 1.0, None).unwrap();
         // 180 points of 0.5 px over eight parameters: 0.5·√(8/360) ≈ 0.07 px; three times that.
         for corner in [[0.0, 0.0], [400.0, 0.0], [400.0, 300.0], [0.0, 300.0]] {
             let source = Vector2::from(corner).push(1.0);
@@ -295,12 +294,9 @@ mod tests {
 
     #[test]
     fn too_little_is_refused() {
-        assert_eq!(
-            refine(&matches(0.0)[..3], &TRUTH, 1.0, None, Precision::Fine),
-            None
-        );
-        assert_eq!(refine(&[], &TRUTH, 1.0, None, Precision::Fine), None);
+        assert_eq!(refine(&matches(0.0)[..3], &TRUTH, 1.0, None), None);
+        assert_eq!(refine(&[], &TRUTH, 1.0, None), None);
         let same = vec![matches(0.0)[0]; 10];
-        assert_eq!(refine(&same, &TRUTH, 1.0, None, Precision::Fine), None);
+        assert_eq!(refine(&same, &TRUTH, 1.0, None), None);
     }
 }

@@ -103,11 +103,14 @@ impl DescriptorBlocks {
 
 /// Four bytes at a time, little-endian, the last padded with zeros.
 pub fn words(descriptor: &[u8]) -> impl Iterator<Item = u32> {
-    descriptor.chunks(4).map(|bytes| {
+    let (whole, rest) = descriptor.as_chunks();
+    let last = (!rest.is_empty()).then(|| {
         let mut word = [0; 4];
-        word[..bytes.len()].copy_from_slice(bytes);
-        u32::from_le_bytes(word)
-    })
+        word[..rest.len()].copy_from_slice(rest);
+        word
+    });
+    let words = whole.iter().copied().chain(last);
+    words.map(u32::from_le_bytes)
 }
 
 /// Sum of the squared bytes.

@@ -30,6 +30,18 @@ impl Candidates {
         refill(&mut self.distance, features * k, f32::INFINITY);
         refill(&mut self.ratio, features, f32::INFINITY);
     }
+
+    /// Takes over what was found for some of the features, by their numbers.
+    pub(super) fn take_over(&mut self, some: &Candidates, numbers: &[u32]) {
+        let k = self.k;
+        for (i, &number) in numbers.iter().enumerate() {
+            let (from, to) = (i * k..(i + 1) * k, number as usize * k);
+            self.face[to..to + k].copy_from_slice(&some.face[from.clone()]);
+            self.reference[to..to + k].copy_from_slice(&some.reference[from.clone()]);
+            self.distance[to..to + k].copy_from_slice(&some.distance[from]);
+            self.ratio[number as usize] = some.ratio[i];
+        }
+    }
 }
 
 fn refill<T: Clone>(values: &mut Vec<T>, count: usize, value: T) {

@@ -1,12 +1,12 @@
-//! Exact search: every query is compared with all descriptors of the faces.
+//! Exact search: every query is compared with all descriptors of the faces that have its sign.
 
 use rayon::prelude::*;
 
-use super::blocks::ROWS;
 use super::kernel::Kernel;
 use super::nearest::{Nearest, Neighbour};
+use super::reference::Group;
 use super::scan::Tiles;
-use super::{Candidates, Metric, ReferenceSet};
+use super::{Candidates, Metric, Queries, ReferenceSet};
 
 /// Queries that a thread takes at once: four tiles make use of a panel of references in its cache.
 const QUERIES: usize = 32;
@@ -14,9 +14,15 @@ const QUERIES: usize = 32;
 /// Ratio of a query of which all k neighbours are at the nearest one's place.
 const OPEN: f32 = -1.0;
 
-/// Where and how to look.
+/// What to look for, where and how.
 #[derive(Debug, Clone, Copy)]
 pub struct Search<'a> {
+    /// Descriptors of the frame.
+    pub queries: Queries<'a>,
+    /// The numbers of those to look for.
+    pub numbers: &'a [u32],
+    /// Their sign.
+    pub sign: i8,
     /// Instruction set.
     pub kernel: Kernel,
     /// How descriptors are compared.
@@ -25,24 +31,24 @@ pub struct Search<'a> {
     pub length: usize,
     /// All faces of the index.
     pub faces: &'a [ReferenceSet],
-    /// Numbers of those to look at, ascending, and at how many of their descriptors, rounded up to
-    /// whole blocks.
+    /// Numbers of those to look at, ascending, and at how many of their descriptors; of those with the
+    /// sign whole blocks.
     pub among: &'a [(u32, usize)],
     /// Only references nearer than this are neighbours: squared distance, or differing bits.
     pub farthest: i32,
 }
 
 impl Search<'_> {
-    /// The k ≥ 1 nearest of each query, and the ratio to the nearest elsewhere.
-    pub fn candidates_into(&self, queries: &[u8], k: usize, found: &mut Candidates) {
-        found.reset(queries.len() / self.length, k);
+    /// The k ≥ 1 nearest of each of the numbered queries, and the ratio to the nearest elsewhere.
+    pub fn candidates_into(&self, k: usize, found: &mut Candidates) {
+        found.reset(self.numbers.len(), k);
         let neighbours = found
             .face
             .par_chunks_mut(QUERIES * k)
             .zip(found.reference.par_chunks_mut(QUERIES * k))
             .zip(found.distance.par_chunks_mut(QUERIES * k));
-        queries
-            .par_chunks(QUERIES * self.length)
+        self.numbers
+            .par_chunks(QUERIES)
             .zip(neighbours)
             .zip(found.ratio.par_chunks_mut(QUERIES))
             .for_each_init(
@@ -52,8 +58,8 @@ impl Search<'_> {
                         vec![Nearest::new(k, self.farthest); QUERIES],
                     )
                 },
-                |(tiles, nearest), ((queries, ((face, reference), distance)), ratio)| {
-                    self.nearest(queries, tiles, nearest);
+                |(tiles, nearest), ((numbers, ((face, reference), distance)), ratio)| {
+                    self.nearest(numbers, tiles, nearest);
                     for (query, nearest) in nearest.iter().take(ratio.len()).enumerate() {
                         for (i, neighbour) in (query * k..).zip(nearest.found()) {
                             face[i] = neighbour.face;
@@ -64,30 +70,38 @@ impl Search<'_> {
                     }
                 },
             );
-        self.close_ratios(queries, found);
+        self.close_ratios(found);
     }
 
     /// The nearest of each query of one thread's share.
-    fn nearest(&self, queries: &[u8], tiles: &mut Tiles, nearest: &mut [Nearest]) {
-        tiles.fill(
-            queries.chunks_exact(self.length),
-            self.length,
-            self.farthest,
-        );
+    fn nearest(&self, numbers: &[u32], tiles: &mut Tiles, nearest: &mut [Nearest]) {
+        self.fill(tiles, numbers.iter());
         for nearest in nearest.iter_mut() {
             nearest.clear();
         }
-        for &(face, first) in self.among {
-            let blocks = self.faces[face as usize].blocks();
+        for (face, group, blocks) in self.groups() {
             tiles.scan(
                 (self.kernel, self.metric),
-                (face, blocks, first.div_ceil(ROWS)),
+                (face, group.blocks(), blocks),
                 |query, other| {
-                    nearest[query].insert(other);
+                    nearest[query].insert(numbered(other, group));
                     nearest[query].limit()
                 },
             );
         }
+    }
+
+    /// The faces that have descriptors with the sign, these, and how many blocks of them to look at.
+    fn groups(&self) -> impl Iterator<Item = (u32, &Group, usize)> {
+        self.among.iter().filter_map(|&(face, first)| {
+            let group = self.faces[face as usize].with_sign(self.sign)?;
+            Some((face, group, group.blocks_of_first(first)))
+        })
+    }
+
+    fn fill<'a>(&self, tiles: &mut Tiles, numbers: impl ExactSizeIterator<Item = &'a u32>) {
+        let queries = numbers.map(|&number| self.queries.of(number, self.length));
+        tiles.fill(queries, self.length, self.farthest);
     }
 
     /// The ratio as far as the k nearest tell it, [`OPEN`] where they do not.
@@ -106,7 +120,7 @@ impl Search<'_> {
     }
 
     /// Looks for the nearest elsewhere beyond the k nearest, of the queries that need it.
-    fn close_ratios(&self, queries: &[u8], found: &mut Candidates) {
+    fn close_ratios(&self, found: &mut Candidates) {
         let ratios = found.ratio.iter().enumerate();
         let open: Vec<usize> = ratios.filter(|r| *r.1 == OPEN).map(|r| r.0).collect();
         let k = found.k;
@@ -117,7 +131,7 @@ impl Search<'_> {
         let closest: Vec<Option<i32>> = open
             .par_chunks(QUERIES)
             .zip(first.par_chunks(QUERIES))
-            .flat_map_iter(|(open, first)| self.elsewhere(queries, open, first))
+            .flat_map_iter(|(open, first)| self.elsewhere(open, first))
             .collect();
         for (query, closest) in open.into_iter().zip(closest) {
             let distance = closest.map(|d| self.distance(d));
@@ -127,22 +141,16 @@ impl Search<'_> {
     }
 
     /// Distances to the nearest that are elsewhere than each query's first neighbour.
-    fn elsewhere(
-        &self,
-        queries: &[u8],
-        numbers: &[usize],
-        first: &[(u32, u32)],
-    ) -> Vec<Option<i32>> {
+    fn elsewhere(&self, open: &[usize], first: &[(u32, u32)]) -> Vec<Option<i32>> {
         let mut tiles = Tiles::default();
-        let query = |&number: &usize| &queries[number * self.length..][..self.length];
-        tiles.fill(numbers.iter().map(query), self.length, self.farthest);
-        let mut closest = vec![None; numbers.len()];
-        for &(face, count) in self.among {
-            let blocks = self.faces[face as usize].blocks();
+        self.fill(&mut tiles, open.iter().map(|&i| &self.numbers[i]));
+        let mut closest = vec![None; open.len()];
+        for (face, group, blocks) in self.groups() {
             tiles.scan(
                 (self.kernel, self.metric),
-                (face, blocks, count.div_ceil(ROWS)),
+                (face, group.blocks(), blocks),
                 |query, other| {
+                    let other = numbered(other, group);
                     if self.is_elsewhere(first[query], &other) {
                         closest[query] = Some(other.distance);
                     }
@@ -171,6 +179,14 @@ impl Search<'_> {
             Metric::Euclidean => (distance as f32).sqrt(),
             Metric::Hamming => distance as f32,
         }
+    }
+}
+
+/// A neighbour by its number within the face.
+fn numbered(neighbour: Neighbour, group: &Group) -> Neighbour {
+    Neighbour {
+        reference: group.numbers()[neighbour.reference as usize],
+        ..neighbour
     }
 }
 

@@ -3,7 +3,8 @@
 use super::exhaustive::Search;
 use super::kernel::Kernel;
 use super::proposal::{InvertedFile, ProposalSettings};
-use super::{Candidates, Metric, QueryKeypoint, ReferenceSet};
+use super::queries::{SIGNS, check_signs};
+use super::{Candidates, Metric, Queries, QueryKeypoint, ReferenceSet};
 use crate::InputError;
 
 /// Most neighbours of one query: memory for as many is taken before there are any.
@@ -189,12 +190,16 @@ impl ReferenceIndex {
     /// The k nearest references of each descriptor among all faces, and the ratio to the nearest
     /// elsewhere.
     ///
-    /// The descriptors lie one after the other. The result does not depend on the number of threads
+    /// Only keypoints of one sign are compared. The result does not depend on the number of threads
     /// nor on the processor.
     ///
     /// # Errors
     /// Those of [`Self::candidates_into`].
-    pub fn candidates(&self, queries: &[u8], k: usize) -> Result<Candidates, InputError> {
+    pub fn candidates<'a>(
+        &self,
+        queries: impl Into<Queries<'a>>,
+        k: usize,
+    ) -> Result<Candidates, InputError> {
         let mut found = Candidates::default();
         let present = self.present.iter();
         let among: Vec<(u32, usize)> = present.map(|&face| (face, usize::MAX)).collect();
@@ -209,16 +214,18 @@ impl ReferenceIndex {
     ///
     /// # Errors
     /// [`InputError::DescriptorCount`] where the queries are no whole number of descriptors,
-    /// [`InputError::OutOfRange`] for k = 0 or above 4096, [`InputError::NoSuchFace`] for numbers that are not in
+    /// [`InputError::SignCount`] where they have another number of signs,
+    /// [`InputError::OutOfRange`] for another sign than -1, 0 and 1, for k = 0 or above 4096, [`InputError::NoSuchFace`] for numbers that are not in
     /// the index; `found` is as it was then.
-    pub fn candidates_into(
+    pub fn candidates_into<'a>(
         &self,
-        queries: &[u8],
+        queries: impl Into<Queries<'a>>,
         k: usize,
         among: &[(u32, usize)],
         found: &mut Candidates,
     ) -> Result<(), InputError> {
-        self.check(queries)?;
+        let queries = queries.into();
+        self.check(&queries)?;
         if !(1..=MOST_NEIGHBOURS).contains(&k) {
             return Err(InputError::OutOfRange {
                 name: "k",
@@ -227,15 +234,30 @@ impl ReferenceIndex {
             });
         }
         self.check_faces(among.iter().map(|one| one.0))?;
-        let search = Search {
-            kernel: self.kernel,
-            metric: self.metric,
-            length: self.length.max(1),
-            faces: &self.faces,
-            among,
-            farthest: self.farthest,
-        };
-        search.candidates_into(queries, k, found);
+        let length = self.length.max(1);
+        let count = queries.count(length);
+        found.reset(count, k);
+        for sign in SIGNS {
+            let numbers = queries.with_sign(sign, length);
+            let search = Search {
+                queries,
+                numbers: &numbers,
+                sign,
+                kernel: self.kernel,
+                metric: self.metric,
+                length,
+                faces: &self.faces,
+                among,
+                farthest: self.farthest,
+            };
+            if numbers.len() == count {
+                search.candidates_into(k, found);
+            } else if !numbers.is_empty() {
+                let mut some = Candidates::default();
+                search.candidates_into(k, &mut some);
+                found.take_over(&some, &numbers);
+            }
+        }
         Ok(())
     }
 
@@ -250,14 +272,18 @@ impl ReferenceIndex {
         }
     }
 
-    fn check(&self, queries: &[u8]) -> Result<(), InputError> {
-        if queries.len().is_multiple_of(self.length) {
-            return Ok(());
+    fn check(&self, queries: &Queries<'_>) -> Result<(), InputError> {
+        let (bytes, length) = (queries.descriptors.len(), self.length);
+        let points = bytes / length.max(1);
+        if !bytes.is_multiple_of(length) {
+            return Err(InputError::DescriptorCount {
+                points,
+                length,
+                bytes,
+            });
         }
-        Err(InputError::DescriptorCount {
-            points: queries.len() / self.length.max(1),
-            length: self.length,
-            bytes: queries.len(),
-        })
+        queries
+            .signs
+            .map_or(Ok(()), |signs| check_signs(signs, points))
     }
 }

@@ -12,6 +12,7 @@ mod nearest;
 #[cfg(test)]
 mod oracle;
 mod proposal;
+mod queries;
 mod query_keypoint;
 mod reference;
 mod scan;
@@ -23,5 +24,6 @@ pub use candidates::{Candidates, NONE};
 pub use index::ReferenceIndex;
 pub use kernel::Kernel;
 pub use proposal::ProposalSettings;
+pub use queries::Queries;
 pub use query_keypoint::QueryKeypoint;
 pub use reference::{MOST_FILED, Metric, ReferenceSet};

@@ -7,7 +7,7 @@ pub struct Neighbour {
     pub distance: i32,
     /// Number of the face.
     pub face: u32,
-    /// Number within the face's set.
+    /// Number within the face's set, or within what was searched of it.
     pub reference: u32,
 }
 

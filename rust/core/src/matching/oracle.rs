@@ -1,24 +1,29 @@
 //! The search by its definition, for tests of the fast one.
 
-use super::{Candidates, Metric, NONE, ReferenceSet};
+use super::{Candidates, Metric, NONE, Queries, ReferenceSet};
 
-/// All distances, sorted; equal ones in the order of faces and references.
-pub fn candidates(
+/// All distances to what has the query's sign, sorted; equal ones in the order of faces and references.
+pub fn candidates<'a>(
     metric: Metric,
     length: usize,
     faces: &[ReferenceSet],
-    queries: &[u8],
+    queries: impl Into<Queries<'a>>,
     k: usize,
 ) -> Candidates {
     let mut found = Candidates {
         k,
         ..Candidates::default()
     };
-    for query in queries.chunks_exact(length) {
+    let queries = queries.into();
+    for (i, query) in queries.descriptors.chunks_exact(length).enumerate() {
+        let sign = queries.signs.map_or(0, |signs| signs[i]);
         let mut all: Vec<(f32, u32, u32)> = Vec::new();
         for (number, face) in faces.iter().enumerate() {
+            let signs = face.signs();
             for (i, reference) in face.descriptors().chunks_exact(length).enumerate() {
-                all.push((distance(metric, query, reference), number as u32, i as u32));
+                if signs[i] == sign {
+                    all.push((distance(metric, query, reference), number as u32, i as u32));
+                }
             }
         }
         all.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -2,7 +2,8 @@
 
 use nalgebra::Matrix2;
 
-use super::blocks::DescriptorBlocks;
+use super::blocks::{DescriptorBlocks, ROWS};
+use super::queries::{SIGNS, check_signs};
 use crate::InputError;
 
 /// How descriptors are compared.
@@ -20,11 +21,52 @@ const LONGEST: usize = 4096;
 /// So many descriptors of a face, the first, may take part in proposals.
 pub const MOST_FILED: usize = 1000;
 
+/// Descriptors of keypoints with the same sign, which alone may look alike.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Group {
+    sign: i8,
+    /// Which ones of the face they are, ascending.
+    numbers: Vec<u32>,
+    blocks: DescriptorBlocks,
+}
+
+impl Group {
+    fn new(sign: i8, numbers: Vec<u32>, descriptors: &[u8], length: usize) -> Self {
+        let rows = numbers
+            .iter()
+            .flat_map(|&number| &descriptors[number as usize * length..][..length])
+            .copied();
+        Self {
+            sign,
+            blocks: DescriptorBlocks::new(&rows.collect::<Vec<u8>>(), length),
+            numbers,
+        }
+    }
+
+    /// The descriptors as the search reads them.
+    pub fn blocks(&self) -> &DescriptorBlocks {
+        &self.blocks
+    }
+
+    /// Which ones of the face they are, ascending.
+    pub fn numbers(&self) -> &[u32] {
+        &self.numbers
+    }
+
+    /// In how many blocks, from the first on, those are that are among the face's first `count`.
+    pub fn blocks_of_first(&self, count: usize) -> usize {
+        let rows = self.numbers.partition_point(|&n| (n as usize) < count);
+        rows.div_ceil(ROWS)
+    }
+}
+
 /// Descriptors of one face, from all its oblique views.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ReferenceSet {
     points: Vec<[f32; 2]>,
-    descriptors: DescriptorBlocks,
+    length: usize,
+    /// One for each sign that occurs.
+    groups: Vec<Group>,
     /// Of those that may be filed.
     frames: Vec<[f32; 4]>,
     radius: f32,
@@ -73,11 +115,33 @@ impl ReferenceSet {
         }
         frames.truncate(MOST_FILED);
         frames.shrink_to_fit();
+        let all = (0..points.len() as u32).collect();
         Ok(Self {
             points,
+            length,
+            groups: vec![Group::new(0, all, &descriptors, length)],
             frames,
-            descriptors: DescriptorBlocks::new(&descriptors, length),
             radius,
+        })
+    }
+
+    /// The same with the signs of the keypoints, which are 0 otherwise.
+    ///
+    /// # Errors
+    /// [`InputError::SignCount`] unless there is one a descriptor, [`InputError::OutOfRange`] where one
+    /// is not -1, 0 or 1.
+    pub fn with_signs(self, signs: &[i8]) -> Result<Self, InputError> {
+        check_signs(signs, self.len())?;
+        let descriptors = self.descriptors();
+        let groups = SIGNS.into_iter().filter_map(|sign| {
+            let all = 0..self.len() as u32;
+            let numbers: Vec<u32> = all.filter(|&i| signs[i as usize] == sign).collect();
+            let occurs = !numbers.is_empty();
+            occurs.then(|| Group::new(sign, numbers, &descriptors, self.length))
+        });
+        Ok(Self {
+            groups: groups.collect(),
+            ..self
         })
     }
 
@@ -89,7 +153,9 @@ impl ReferenceSet {
     /// Bytes that it occupies.
     pub fn bytes(&self) -> usize {
         let keypoints = size_of_val(&self.points[..]) + size_of_val(&self.frames[..]);
-        keypoints + self.descriptors.bytes()
+        let groups = self.groups.iter();
+        let groups = groups.map(|one| size_of_val(&one.numbers[..]) + one.blocks.bytes());
+        keypoints + groups.sum::<usize>()
     }
 
     /// Whether there are none.
@@ -110,17 +176,37 @@ impl ReferenceSet {
 
     /// A copy of the descriptors, one after the other.
     pub fn descriptors(&self) -> Vec<u8> {
-        self.descriptors.to_bytes()
+        let mut bytes = vec![0; self.len() * self.length];
+        for group in &self.groups {
+            for (row, &number) in group.numbers.iter().enumerate() {
+                let place = number as usize * self.length;
+                let place = place..place + self.length;
+                group.blocks.copy_to(row, &mut bytes[place]);
+            }
+        }
+        bytes
     }
 
     /// Bytes of a descriptor.
     pub fn length(&self) -> usize {
-        self.descriptors.length()
+        self.length
     }
 
-    /// The descriptors as the search reads them.
-    pub(super) fn blocks(&self) -> &DescriptorBlocks {
-        &self.descriptors
+    /// Those with a sign, if there are any.
+    pub(super) fn with_sign(&self, sign: i8) -> Option<&Group> {
+        self.groups.iter().find(|group| group.sign == sign)
+    }
+
+    /// The sign of each keypoint.
+    #[cfg(test)]
+    pub(super) fn signs(&self) -> Vec<i8> {
+        let mut signs = vec![0; self.len()];
+        for group in &self.groups {
+            for &number in &group.numbers {
+                signs[number as usize] = group.sign;
+            }
+        }
+        signs
     }
 
     /// Two points closer than this [reference px] are the same place.

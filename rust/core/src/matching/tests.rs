@@ -82,6 +82,71 @@ fn every_instruction_set_finds_what_the_definition_says() {
     }
 }
 
+fn signs(count: usize, random: &mut SplitMix64) -> Vec<i8> {
+    (0..count).map(|_| random.index(3) as i8 - 1).collect()
+}
+
+#[test]
+fn only_keypoints_of_one_sign_are_compared() {
+    let mut random = SplitMix64::new(8);
+    for sizes in [vec![], vec![1], vec![0, 5, 0], vec![70, 33, 400]] {
+        let mut signed = |n| {
+            let of_set = signs(n, &mut random);
+            let set = set(n, 64, 127, &mut random);
+            set.with_signs(&of_set).unwrap()
+        };
+        let sets: Vec<_> = sizes.iter().map(|&n| signed(n)).collect();
+        let descriptors = descriptors(100, 64, 127, &mut random);
+        let of_queries = signs(100, &mut random);
+        let index = index(Metric::Euclidean, 64, &sets, Kernel::best());
+        for signs in [None, Some(&of_queries[..])] {
+            let queries = Queries {
+                descriptors: &descriptors,
+                signs,
+            };
+            let expected = oracle::candidates(Metric::Euclidean, 64, &sets, queries, 7);
+            assert_eq!(index.candidates(queries, 7).unwrap(), expected, "{sizes:?}");
+        }
+    }
+}
+
+#[test]
+fn descriptors_and_the_first_of_them_are_the_same_with_signs() {
+    let mut random = SplitMix64::new(9);
+    let plain = set(500, 8, 255, &mut random);
+    let of_set = signs(500, &mut random);
+    let set = plain.clone().with_signs(&of_set).unwrap();
+    assert_eq!(set.descriptors(), plain.descriptors());
+    assert_eq!(set.signs(), of_set);
+    // Of the first hundred each sign has about a third, of which whole blocks are looked at.
+    for sign in [-1, 0, 1] {
+        let group = set.with_sign(sign).unwrap();
+        let among = of_set[..100].iter().filter(|&&s| s == sign).count();
+        assert_eq!(group.blocks_of_first(100), among.div_ceil(32));
+        assert!(group.numbers().is_sorted());
+    }
+    assert!(plain.with_sign(1).is_none());
+}
+
+#[test]
+fn signs_that_do_not_fit_are_refused() {
+    let mut random = SplitMix64::new(10);
+    let set = set(3, 8, 255, &mut random);
+    let (descriptors, signs) = (3, 2);
+    let expected = InputError::SignCount { descriptors, signs };
+    assert_eq!(set.clone().with_signs(&[1, 1]), Err(expected.clone()));
+    assert!(set.clone().with_signs(&[1, 0, 2]).is_err());
+    let index = index(Metric::Euclidean, 8, &[set], Kernel::best());
+    let found = |signs| {
+        let signs = Some(signs);
+        let descriptors = &[0; 24];
+        index.candidates(Queries { descriptors, signs }, 1)
+    };
+    assert_eq!(found(&[1, 1]), Err(expected));
+    assert!(found(&[1, 0, -2]).is_err());
+    assert!(found(&[1, 0, -1]).is_ok());
+}
+
 #[test]
 fn the_ratio_looks_beyond_the_k_nearest_for_another_place() {
     // Twenty views of one point, then one of another point that is twice as far.

@@ -225,6 +225,7 @@ impl Sift {
                     scale: 2.0 * sigma(e) * step,
                     angle,
                     response: e.response,
+                    sign: if e.is_maximum { 1 } else { -1 },
                 });
             }
         }

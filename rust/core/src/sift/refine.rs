@@ -26,6 +26,8 @@ pub struct Extremum {
     pub layer: f32,
     /// Absolute value there [grey levels].
     pub response: f32,
+    /// Whether it is a maximum, which a dark blob is: blur makes it brighter.
+    pub is_maximum: bool,
 }
 
 /// What an extremum must fulfil.
@@ -77,7 +79,8 @@ fn moved(
 }
 
 fn accept(fit: &Fit, offset: &Vector3<f32>, at: [usize; 3], limits: &Limits) -> Option<Extremum> {
-    let response = (fit.value + 0.5 * fit.gradient.dot(offset)).abs();
+    let value = fit.value + 0.5 * fit.gradient.dot(offset);
+    let response = value.abs();
     if response < limits.contrast || fit.is_edge(limits.edge) {
         return None;
     }
@@ -87,6 +90,7 @@ fn accept(fit: &Fit, offset: &Vector3<f32>, at: [usize; 3], limits: &Limits) -> 
         y: at[1] as f32 + offset.y,
         layer: at[0] as f32 + offset.z,
         response,
+        is_maximum: value > 0.0,
     })
 }
 

@@ -197,5 +197,6 @@ fn interpolate(octave: &Octave, at: Place) -> Option<Keypoint> {
         scale: DIAMETER * size * SIGMA_OVER_SIZE,
         angle: 0.0,
         response: centre + 0.5 * gradient.dot(&offset),
+        sign: 0,
     })
 }

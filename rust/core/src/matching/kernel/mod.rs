@@ -42,7 +42,8 @@ impl QueryTile {
             }
             self.norms[lane] = squared_norm(query);
             self.sums[lane] = query.iter().map(|&byte| i32::from(byte)).sum();
-            self.wide |= query.iter().any(|&byte| byte > 127);
+            // Without an end at the first such byte, several are looked at at a time.
+            self.wide |= query.iter().fold(0, |bits, byte| bits | byte) > 127;
         }
     }
 

@@ -194,12 +194,11 @@ fn sample(faces: &[ReferenceSet], length: usize, settings: &ProposalSettings) ->
     let total: usize = faces.iter().map(used).sum();
     let step = total.div_ceil(SAMPLE.saturating_mul(settings.words)).max(1);
     let mut bytes = Vec::with_capacity(total.div_ceil(step) * length);
-    let mut row = vec![0; length];
     let mut next = 0;
     for face in faces {
+        let descriptors = face.descriptors();
         while next < used(face) {
-            face.blocks().copy_to(next, &mut row);
-            bytes.extend_from_slice(&row);
+            bytes.extend_from_slice(&descriptors[next * length..][..length]);
             next += step;
         }
         next -= used(face);
