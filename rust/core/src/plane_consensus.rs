@@ -40,9 +40,12 @@ pub fn least_median(pixels: &[DepthPixel], seed: u64) -> Option<(Vector3<f64>, f
         for (residual, pixel) in residuals.iter_mut().zip(&judges) {
             *residual = (q.dot(&pixel.ray) - pixel.inverse_depth).abs();
         }
-        let score = median(&mut residuals)?;
-        if best.is_none_or(|(_, lowest)| score < lowest) {
-            best = Some((q, score));
+        // Counting is quicker than selecting, and most hypotheses are no better than the best.
+        let is_better = best.is_none_or(|(_, lowest)| {
+            residuals.iter().filter(|&&r| r < lowest).count() > residuals.len() / 2
+        });
+        if is_better {
+            best = Some((q, median(&mut residuals)?));
         }
     }
     best.map(|(q, score)| (q, MAD_TO_SIGMA * score))
