@@ -32,10 +32,8 @@ pub trait LeastSquares<const N: usize> {
     /// A point of the parameter space.
     type State: Clone;
 
-    /// Sum of losses; infinite where the state is impossible.
-    fn cost(&self, state: &Self::State) -> f64;
-
-    /// Cost, half gradient and Gauss-Newton half Hessian with the losses' weights.
+    /// Sum of the losses, infinite where the state is impossible, half gradient and Gauss-Newton half
+    /// Hessian with the losses' weights.
     fn linearize(&self, state: &Self::State) -> Normal<N>;
 
     /// Moves the state by a local step.
@@ -81,12 +79,12 @@ where
     let mut rejections = 0;
     for _ in 0..MAX_ITERATIONS {
         let step = damped_step(&normal, damping)?;
+        // Most steps are accepted: then the normal equations are needed, too.
         let trial = problem.moved(&state, &step);
-        let cost = problem.cost(&trial);
-        let decrease = normal.cost - cost;
+        let there = problem.linearize(&trial);
+        let decrease = normal.cost - there.cost;
         if decrease >= 0.0 {
-            state = trial;
-            normal = problem.linearize(&state);
+            (state, normal) = (trial, there);
             damping = (damping * 0.1).max(1e-12);
             rejections = 0;
         } else {
@@ -122,10 +120,6 @@ mod tests {
 
     impl LeastSquares<2> for Valley {
         type State = SVector<f64, 2>;
-
-        fn cost(&self, p: &Self::State) -> f64 {
-            self.linearize(p).cost
-        }
 
         fn linearize(&self, p: &Self::State) -> Normal<2> {
             let residual = SVector::<f64, 2>::new(1.0 - p.x, 10.0 * (p.y - p.x * p.x));

@@ -28,7 +28,7 @@ const MOST_STRETCH: f64 = 1.1;
 /// correlate less than that: a wrong rigid view of a weak face can have 0.8.
 const EVIDENT_TILES: f64 = 0.9;
 /// Corners that the alignment moves by less than this [px] leave the coarse look of a face as it is.
-const SAME_LOOK: f64 = 0.5;
+const SAME_LOOK: f64 = 1.0;
 
 /// What the alignment of a face gave.
 #[derive(Debug, Clone)]

@@ -11,6 +11,7 @@ mod progressive;
 mod ransac;
 mod refine;
 mod rigidity;
+mod sums;
 
 pub use ransac::{RansacConfig, RobustHomography, estimate};
 pub use refine::{Prior, refine};

@@ -1,15 +1,12 @@
 //! Non-linear refinement of a homography.
 
-use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3};
+use nalgebra::{Matrix3, SVector};
 
 use super::PointMatch;
 use super::conditioning::Conditioning;
 use super::rigidity::Rigidity;
+use super::sums::{PARAMETERS, Sums};
 use crate::lm::{LeastSquares, Normal, Precision, minimize};
-use crate::robust::LogSum;
-
-/// Eight parameters: all entries but the last, which is held at its value of the start.
-const PARAMETERS: usize = 8;
 
 /// How rigid the view is expected to be.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,40 +78,14 @@ struct Problem<'a> {
 impl LeastSquares<PARAMETERS> for Problem<'_> {
     type State = Matrix3<f64>;
 
-    fn cost(&self, H: &Matrix3<f64>) -> f64 {
-        let departure = self.prior.map_or(0.0, |prior| {
-            prior.rigidity.residuals(H).0.norm_squared() / prior.sigma.powi(2)
-        });
-        let mut losses = LogSum::default();
-        for point in self.matches {
-            losses.add(1.0 + point.squared_error(H) * self.inverse_scale.powi(2));
-        }
-        departure + losses.total()
-    }
-
     fn linearize(&self, H: &Matrix3<f64>) -> Normal<PARAMETERS> {
+        let sums = Sums::at(H, self.matches, self.inverse_scale);
+        let (gradient, hessian) = sums.normal();
         let mut normal = Normal {
-            cost: 0.0,
-            gradient: SVector::zeros(),
-            hessian: SMatrix::zeros(),
+            cost: sums.cost,
+            gradient,
+            hessian,
         };
-        let (mut sums, mut losses) = (Sums::default(), LogSum::default());
-        for point in self.matches {
-            let source = point.source.push(1.0);
-            let mapped = H * source;
-            if mapped.z <= 0.0 {
-                normal.cost = f64::INFINITY;
-                return normal;
-            }
-            let image = mapped.xy() / mapped.z;
-            let residual = image - point.target;
-            let factor = 1.0 + residual.norm_squared() * self.inverse_scale.powi(2);
-            let weight = self.inverse_scale.powi(2) / factor;
-            losses.add(factor);
-            sums.add(&(source / mapped.z), &image, &residual, weight);
-        }
-        normal.cost = losses.total();
-        (normal.gradient, normal.hessian) = sums.normal();
         if let Some(prior) = self.prior {
             let (residuals, jacobian) = prior.rigidity.residuals(H);
             let weighted = jacobian.transpose() / prior.sigma.powi(2);
@@ -134,65 +105,11 @@ impl LeastSquares<PARAMETERS> for Problem<'_> {
     }
 }
 
-/// Sums over points of Jᵀ·r and Jᵀ·J.
-///
-/// The derivative of an image point (u, v) by the rows of H is (p, 0, -u·p) and (0, p, -v·p), with p
-/// the source over its depth. So JᵀJ consists of p·pᵀ times 1, u, v and u² + v²: a quarter of the
-/// products.
-#[derive(Default)]
-struct Sums {
-    /// Of p·pᵀ times each of 1, u, v, u² + v².
-    products: [Matrix3<f64>; 4],
-    /// Of p times each component of the residual, and times their products with -u and -v together.
-    residuals: [Vector3<f64>; 3],
-}
-
-impl Sums {
-    fn add(
-        &mut self,
-        p: &Vector3<f64>,
-        image: &Vector2<f64>,
-        residual: &Vector2<f64>,
-        weight: f64,
-    ) {
-        let product = p * p.transpose() * weight;
-        let factors = [1.0, image.x, image.y, image.norm_squared()];
-        for (sum, factor) in self.products.iter_mut().zip(factors) {
-            *sum += product * factor;
-        }
-        let weighted = p * weight;
-        let factors = [residual.x, residual.y, -image.dot(residual)];
-        for (sum, factor) in self.residuals.iter_mut().zip(factors) {
-            *sum += weighted * factor;
-        }
-    }
-
-    /// Gradient and Hessian by the first eight entries of H, row by row.
-    fn normal(
-        &self,
-    ) -> (
-        SVector<f64, PARAMETERS>,
-        SMatrix<f64, PARAMETERS, PARAMETERS>,
-    ) {
-        let zero = Matrix3::zeros();
-        let [one, u, v, both] = &self.products;
-        let blocks = [[one, &zero, u], [&zero, one, v], [u, v, both]];
-        let sign = |i: usize, j: usize| match (i == 2) ^ (j == 2) {
-            true => -1.0,
-            false => 1.0,
-        };
-        let hessian = SMatrix::from_fn(|row, column| {
-            let (i, j) = (row / 3, column / 3);
-            sign(i, j) * blocks[i][j][(row % 3, column % 3)]
-        });
-        let gradient = SVector::from_fn(|row, _| self.residuals[row / 3][row % 3]);
-        (gradient, hessian)
-    }
-}
-
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
+    use nalgebra::{SMatrix, Vector2};
+
     use super::*;
     use crate::random::SplitMix64;
 
@@ -224,7 +141,7 @@ mod tests {
         let entries = [0.61, -0.1, 200.3, 0.15, 0.51, 149.0, 1e-4, -3e-4];
         let at = |h: &[f64; 8]| Matrix3::new(h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1.0);
         let normal = problem.linearize(&at(&entries));
-        assert!((normal.cost - problem.cost(&at(&entries))).abs() < 1e-9);
+        let cost = |entries: &[f64; 8]| problem.linearize(&at(entries)).cost;
         // The cost is a sum of losses, the gradient half of its derivative.
         for (i, scale) in [1e-6, 1e-6, 1e-4, 1e-6, 1e-6, 1e-4, 1e-9, 1e-9]
             .iter()
@@ -233,7 +150,7 @@ mod tests {
             let (mut below, mut above) = (entries, entries);
             below[i] -= scale;
             above[i] += scale;
-            let slope = (problem.cost(&at(&above)) - problem.cost(&at(&below))) / (2.0 * scale);
+            let slope = (cost(&above) - cost(&below)) / (2.0 * scale);
             let error = (normal.gradient[i] - 0.5 * slope).abs();
             assert!(error <= 1e-5 * slope.abs() + 1e-3, "{i} {error} {slope}");
         }
