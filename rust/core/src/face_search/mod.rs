@@ -11,6 +11,7 @@ mod appearance;
 mod estimate;
 mod evidence;
 mod face;
+mod neighbourhood;
 mod plausible;
 mod refusal;
 mod rigid_views;

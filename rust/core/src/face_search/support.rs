@@ -8,18 +8,13 @@
 
 use std::collections::HashMap;
 
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::Matrix2;
 
 use super::evidence::{FaceEvidence, Match};
+use super::neighbourhood::Neighbourhood;
 
 /// For so many matches is support looked for, the best by ratio.
 const MOST_MATCHES: usize = 250;
-/// How far from a match its supporters may lie in the frame [px].
-const RADIUS: f64 = 100.0;
-/// A local map may be off by this share of the distance that it predicts over.
-const TOLERANCE: f64 = 0.3;
-/// Or by so many pixels.
-const TOLERANCE_PX: f64 = 4.0;
 /// Frobenius distance of one local map, seen from the other, to the identity.
 const MAP_TOLERANCE: f64 = 0.8;
 /// Matches supported by fewer others are dropped.
@@ -35,8 +30,9 @@ pub fn supported(matches: &[Match], evidence: &FaceEvidence<'_>) -> Vec<Match> {
     let neighbourhood = Neighbourhood::new(evidence.all());
     // By feature and keypoint, since one candidate may support many matches.
     let mut support: HashMap<(u32, u32), (usize, Match)> = HashMap::new();
+    let mut predicted = Vec::new();
     for one in &best_first {
-        let supporters = supporters(one, &neighbourhood, evidence);
+        let supporters = supporters(one, &neighbourhood, evidence, &mut predicted);
         if supporters.len() >= MIN_SUPPORT {
             let count = supporters.len();
             for member in supporters.into_iter().chain([*one]) {
@@ -57,21 +53,18 @@ fn supporters(
     one: &Match,
     neighbourhood: &Neighbourhood<'_>,
     evidence: &FaceEvidence<'_>,
+    predicted: &mut Vec<u32>,
 ) -> Vec<Match> {
     let local = evidence.local_map(one);
     let Some((map, inverse)) = local.and_then(|map| Some((map, map.try_inverse()?))) else {
         return Vec::new();
     };
+    neighbourhood.predicted(one, &map.cast(), predicted);
     let mut supporters: Vec<Match> = Vec::new();
-    for other in neighbourhood.about(one.points.target) {
-        let between = other.points.source - one.points.source;
-        let predicted = map * between;
-        let error = predicted - (other.points.target - one.points.target);
-        let allowed = TOLERANCE_PX.max(TOLERANCE * predicted.norm());
-        // The same reference point or feature seen twice supports nothing.
-        if between.norm_squared() < 1e-12
-            || other.feature == one.feature
-            || error.norm_squared() >= allowed * allowed
+    for &other in predicted.iter() {
+        let other = neighbourhood.matches[other as usize];
+        // The same feature seen twice supports nothing.
+        if other.feature == one.feature
             || supporters
                 .last()
                 .is_some_and(|s| s.feature == other.feature)
@@ -87,44 +80,9 @@ fn supporters(
     supporters
 }
 
-/// Points may lie as far out as numbers go; every cell has neighbours nevertheless.
-const OUTERMOST: f64 = 1e15;
-
-/// Candidates by where they lie in the frame.
-struct Neighbourhood<'a> {
-    cells: HashMap<(i64, i64), Vec<&'a Match>>,
-}
-
-impl<'a> Neighbourhood<'a> {
-    /// Of candidates that are sorted by feature.
-    fn new(all: &'a [Match]) -> Self {
-        let mut cells: HashMap<(i64, i64), Vec<&Match>> = HashMap::new();
-        for one in all {
-            cells.entry(cell(one.points.target)).or_default().push(one);
-        }
-        Self { cells }
-    }
-
-    /// Those within the radius; the candidates of one feature follow each other.
-    fn about(&self, point: Vector2<f64>) -> impl Iterator<Item = &'a Match> {
-        let (column, row) = cell(point);
-        let cells = (-1..=1).flat_map(move |x| (-1..=1).map(move |y| (column + x, row + y)));
-        cells
-            .filter_map(|cell| self.cells.get(&cell))
-            .flatten()
-            .copied()
-            .filter(move |other| (other.points.target - point).norm_squared() <= RADIUS * RADIUS)
-    }
-}
-
-fn cell(point: Vector2<f64>) -> (i64, i64) {
-    let cell = point.map(|v| (v / RADIUS).floor().clamp(-OUTERMOST, OUTERMOST) as i64);
-    (cell.x, cell.y)
-}
-
 #[cfg(test)]
 mod tests {
-    use nalgebra::Rotation2;
+    use nalgebra::{Rotation2, Vector2};
 
     use super::*;
     use crate::face_search::scenes::{face, frame_seen_as, one_each, points};
