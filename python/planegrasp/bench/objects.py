@@ -91,23 +91,24 @@ def run(seed: int, settings: ObjectsSettings, advance: Callable[[], None]) -> Be
                 )
             advance()
 
-    one = float(np.median(seconds[min(seconds)]))
+    one = np.array(seconds[min(seconds)])
     rows: list[dict[str, str | float]] = []
     figures: dict[str, float] = {}
     for n, detector in detectors.items():
-        median = float(np.median(seconds[n]))
+        # Frame by frame: the scenery, which is the same, says how much there is to look at.
+        over_one = float(np.median(np.array(seconds[n]) / one))
         rows.append(
             {
                 "objects": n,
-                "ms / frame": 1e3 * median,
-                "over one object": median / one,
+                "ms / frame": 1e3 * float(np.median(seconds[n])),
+                "over one object": over_one,
                 "paper SIFT, over one": _paper_ratio("sift", n),
                 "paper SURF, over one": _paper_ratio("surf", n),
                 "recall": float(np.mean(found[n])),
                 "MB / object": 1e-6 * detector.nbytes / n,
             }
         )
-        figures[f"time_{n}_over_1"] = median / one
+        figures[f"time_{n}_over_1"] = over_one
         figures[f"recall_{n}"] = float(np.mean(found[n]))
     figures["megabytes_per_object"] = 1e-6 * detectors[largest].nbytes / largest
     return BenchResult(
@@ -118,6 +119,7 @@ def run(seed: int, settings: ObjectsSettings, advance: Callable[[], None]) -> Be
         figures=figures,
         notes=(
             "up to six objects are in view at once; recall is over those in view",
+            "over one object: of each frame, with one object in the same scenery; the median",
             "paper: Table II of the paper, its time for n objects over that for one",
         ),
     )

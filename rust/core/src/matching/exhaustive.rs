@@ -40,7 +40,8 @@ pub struct Search<'a> {
 
 impl Search<'_> {
     /// The k ≥ 1 nearest of each of the numbered queries, and the ratio to the nearest elsewhere.
-    pub fn candidates_into(&self, k: usize, found: &mut Candidates) {
+    pub fn candidates(&self, k: usize) -> Candidates {
+        let mut found = Candidates::default();
         found.reset(self.numbers.len(), k);
         let neighbours = found
             .face
@@ -70,7 +71,8 @@ impl Search<'_> {
                     }
                 },
             );
-        self.close_ratios(found);
+        self.close_ratios(&mut found);
+        found
     }
 
     /// The nearest of each query of one thread's share.

@@ -1,5 +1,7 @@
 //! One index over the descriptors of all faces.
 
+use rayon::prelude::*;
+
 use super::exhaustive::Search;
 use super::kernel::Kernel;
 use super::proposal::{InvertedFile, ProposalSettings};
@@ -235,9 +237,7 @@ impl ReferenceIndex {
         }
         self.check_faces(among.iter().map(|one| one.0))?;
         let length = self.length.max(1);
-        let count = queries.count(length);
-        found.reset(count, k);
-        for sign in SIGNS {
+        let of_sign = |sign| {
             let numbers = queries.with_sign(sign, length);
             let search = Search {
                 queries,
@@ -250,13 +250,14 @@ impl ReferenceIndex {
                 among,
                 farthest: self.farthest,
             };
-            if numbers.len() == count {
-                search.candidates_into(k, found);
-            } else if !numbers.is_empty() {
-                let mut some = Candidates::default();
-                search.candidates_into(k, &mut some);
-                found.take_over(&some, &numbers);
-            }
+            let some = search.candidates(k);
+            (numbers, some)
+        };
+        // Side by side, so that no thread waits for the last queries of each sign.
+        let parts: Vec<_> = SIGNS.into_par_iter().map(of_sign).collect();
+        found.reset(queries.count(length), k);
+        for (numbers, some) in &parts {
+            found.take_over(some, numbers);
         }
         Ok(())
     }
