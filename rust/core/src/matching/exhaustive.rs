@@ -187,7 +187,7 @@ impl Search<'_> {
 /// A neighbour by its number within the face.
 fn numbered(neighbour: Neighbour, group: &Group) -> Neighbour {
     Neighbour {
-        reference: group.numbers()[neighbour.reference as usize],
+        reference: group.numbers().get(neighbour.reference as usize),
         ..neighbour
     }
 }

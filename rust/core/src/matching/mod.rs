@@ -9,6 +9,7 @@ mod exhaustive;
 mod index;
 mod kernel;
 mod nearest;
+mod numbers;
 #[cfg(test)]
 mod oracle;
 mod proposal;

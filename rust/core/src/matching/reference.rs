@@ -3,6 +3,7 @@
 use nalgebra::Matrix2;
 
 use super::blocks::{DescriptorBlocks, ROWS};
+use super::numbers::Numbers;
 use super::queries::{SIGNS, check_signs};
 use crate::InputError;
 
@@ -26,7 +27,7 @@ pub const MOST_FILED: usize = 1000;
 pub struct Group {
     sign: i8,
     /// Which ones of the face they are, ascending.
-    numbers: Vec<u32>,
+    numbers: Numbers,
     blocks: DescriptorBlocks,
 }
 
@@ -39,7 +40,7 @@ impl Group {
         Self {
             sign,
             blocks: DescriptorBlocks::new(&rows.collect::<Vec<u8>>(), length),
-            numbers,
+            numbers: Numbers::new(numbers),
         }
     }
 
@@ -49,14 +50,13 @@ impl Group {
     }
 
     /// Which ones of the face they are, ascending.
-    pub fn numbers(&self) -> &[u32] {
+    pub fn numbers(&self) -> &Numbers {
         &self.numbers
     }
 
     /// In how many blocks, from the first on, those are that are among the face's first `count`.
     pub fn blocks_of_first(&self, count: usize) -> usize {
-        let rows = self.numbers.partition_point(|&n| (n as usize) < count);
-        rows.div_ceil(ROWS)
+        self.numbers.below(count).div_ceil(ROWS)
     }
 }
 
@@ -154,7 +154,7 @@ impl ReferenceSet {
     pub fn bytes(&self) -> usize {
         let keypoints = size_of_val(&self.points[..]) + size_of_val(&self.frames[..]);
         let groups = self.groups.iter();
-        let groups = groups.map(|one| size_of_val(&one.numbers[..]) + one.blocks.bytes());
+        let groups = groups.map(|one| one.numbers.bytes() + one.blocks.bytes());
         keypoints + groups.sum::<usize>()
     }
 
@@ -178,7 +178,7 @@ impl ReferenceSet {
     pub fn descriptors(&self) -> Vec<u8> {
         let mut bytes = vec![0; self.len() * self.length];
         for group in &self.groups {
-            for (row, &number) in group.numbers.iter().enumerate() {
+            for (row, number) in group.numbers.iter().enumerate() {
                 let place = number as usize * self.length;
                 let place = place..place + self.length;
                 group.blocks.copy_to(row, &mut bytes[place]);
@@ -202,7 +202,7 @@ impl ReferenceSet {
     pub(super) fn signs(&self) -> Vec<i8> {
         let mut signs = vec![0; self.len()];
         for group in &self.groups {
-            for &number in &group.numbers {
+            for number in group.numbers.iter() {
                 signs[number as usize] = group.sign;
             }
         }
