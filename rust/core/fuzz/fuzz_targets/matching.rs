@@ -4,7 +4,8 @@
 use arbitrary::{Arbitrary, Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
 use planegrasp_core::matching::{
-    Candidates, Kernel, Metric, ProposalSettings, QueryKeypoint, ReferenceIndex, ReferenceSet,
+    Candidates, Kernel, Metric, ProposalSettings, Queries, QueryKeypoint, ReferenceIndex,
+    ReferenceSet,
 };
 use planegrasp_fuzz::Number;
 
@@ -14,6 +15,7 @@ enum Step {
         rows: u8,
         radius: Number,
         frame: [Number; 4],
+        signs: Option<[i8; 3]>,
     },
     AddAnotherLength {
         length: u16,
@@ -27,6 +29,7 @@ enum Step {
         among: Vec<u8>,
         first: Option<u16>,
         keypoint: [Number; 4],
+        signs: Option<[i8; 3]>,
     },
     Odd {
         bytes: u8,
@@ -108,13 +111,17 @@ fn apply(index: &mut ReferenceIndex, step: &Step, data: &[u8]) -> (bool, Vec<u32
             rows,
             radius,
             frame,
+            signs,
         } => {
             let count = usize::from(*rows);
             let points = (0..count).map(|i| [(i % 5) as f32, 1.0]).collect();
             let length = data.len().checked_div(count).unwrap_or(8);
             let radius = radius.0 as f32;
             let frames = vec![numbers(frame); count];
-            let set = ReferenceSet::new(points, frames, data.to_vec(), length, radius);
+            let mut set = ReferenceSet::new(points, frames, data.to_vec(), length, radius);
+            if let Some(signs) = signs {
+                set = set.and_then(|set| set.with_signs(&repeated(signs, count)));
+            }
             succeeded = set.is_ok_and(|set| index.add(set).is_ok());
         }
         Step::AddAnotherLength { length } => {
@@ -129,7 +136,13 @@ fn apply(index: &mut ReferenceIndex, step: &Step, data: &[u8]) -> (bool, Vec<u32
             among,
             first,
             keypoint,
+            signs,
         } => {
+            let signs = signs.map(|signs| repeated(&signs, (*rows).into()));
+            let queries = Queries {
+                descriptors: data,
+                signs: signs.as_deref(),
+            };
             let mut among: Vec<u32> = among.iter().map(|&face| face.into()).collect();
             among.truncate(12);
             among.sort_unstable();
@@ -137,7 +150,7 @@ fn apply(index: &mut ReferenceIndex, step: &Step, data: &[u8]) -> (bool, Vec<u32
             let first = first.map_or(usize::MAX, usize::from);
             let scope: Vec<_> = among.iter().copied().map(|face| (face, first)).collect();
             succeeded = index
-                .candidates_into(data, (*k).into(), &scope, &mut found)
+                .candidates_into(queries, (*k).into(), &scope, &mut found)
                 .is_ok();
             let [x, y, scale, angle] = numbers(keypoint);
             let keypoint = |i: u8| QueryKeypoint {
@@ -160,6 +173,16 @@ fn apply(index: &mut ReferenceIndex, step: &Step, data: &[u8]) -> (bool, Vec<u32
     // NaN is not equal to itself, and there must not be any.
     assert!(found.ratio.iter().all(|ratio| *ratio >= 0.0), "{found:?}");
     (succeeded, faces, found)
+}
+
+/// Small numbers by turns, most of them signs.
+fn repeated(signs: &[i8; 3], count: usize) -> Vec<i8> {
+    signs
+        .map(|sign| sign % 3)
+        .into_iter()
+        .cycle()
+        .take(count)
+        .collect()
 }
 
 fn numbers(all: &[Number; 4]) -> [f32; 4] {

@@ -24,8 +24,8 @@ pub struct Alignment {
     /// From reference edge coordinates to undistorted pixels, scaled to H\[2, 2\] = 1: refined if
     /// `accepted`, the start otherwise.
     pub homography: Matrix3<f64>,
-    /// Mean correlation (-1 … 1) with the frame at the start, over the tiles that agree with the
-    /// reference at the start or at the end.
+    /// Mean correlation (-1 … 1) with the frame at the start, over the tiles of the first rendering that
+    /// agree with the reference at the start or at the end.
     pub score_before: f64,
     /// The same at the refined homography.
     pub score_after: f64,
@@ -121,13 +121,15 @@ fn align_here(
     render(&first, reference, 0..few, workspace);
     let is_last = false;
     let mut descent = descend(&first, &first.outline, is_last, frame, config, workspace);
+    let mut iterations = 0;
     if few < tiles && !descent.as_ref().is_some_and(|d| is_clear(d, few, &first)) {
+        iterations += descent.map_or(0, |descent| descent.iterations);
         render(&first, reference, few..tiles, workspace);
         descent = descend(&first, &first.outline, is_last, frame, config, workspace);
     }
     correlate(frame, &workspace.templates, tiles, &mut workspace.before);
     let mut last = descent?;
-    let mut iterations = last.iterations;
+    iterations += last.iterations;
     let mut view = View::new(reference, &(last.motion * first.homography))?;
     for rendering in 1..config.renderings {
         workspace.templates.clear();

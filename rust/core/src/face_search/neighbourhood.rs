@@ -36,11 +36,8 @@ impl<'a> Neighbourhood<'a> {
         sorted.sort_by_key(|one| one.0);
         let column = |value: fn(&Match) -> f64| {
             let values = sorted.iter().map(|one| value(one.1) as f32);
-            // To the last whole group.
-            let rest = values.len().next_multiple_of(LANES) - values.len();
-            values
-                .chain(std::iter::repeat_n(f32::NAN, rest + LANES))
-                .collect()
+            // A group may begin with the last one.
+            values.chain([f32::NAN; LANES - 1]).collect()
         };
         Self {
             cells: sorted.iter().map(|one| one.0).collect(),
