@@ -68,8 +68,10 @@ def test_the_pruned_set_is_cached(model, tmp_path, monkeypatch):
     assert len(cached(tmp_path)) == 1
     monkeypatch.setattr(SIFT, "extract", lambda *_: pytest.fail("extracted again"))
     again = prepare(model, tmp_path)
-    for name in ("points", "frames", "descriptors"):
+    for name in ("points", "frames", "descriptors", "signs", "served"):
         np.testing.assert_array_equal(getattr(again, name), getattr(first, name))
+    assert set(first.signs) == {-1, 1}
+    assert first.served > 0
 
 
 def test_other_settings_are_cached_apart(model, tmp_path):

@@ -58,7 +58,7 @@ class Alignment:
         homography: 3×3, reference edge coordinates to undistorted pixels, H[2, 2] = 1: the
             refined one if accepted, the start otherwise.
         score_before: mean correlation (-1 … 1) of what is seen of the face with its reference at
-            the start.
+            the start, over the tiles of the first rendering: a third of all where these are clear.
         score_after: the same at the refined homography.
         accepted: whether the refined homography is better and within the allowed motion.
         tiles: number of tiles that agreed with the reference.

@@ -25,8 +25,8 @@ class Features:
         descriptors: N×D, float32 or uint8 vectors (compared by L2) or uint8 bit strings (compared
             by Hamming); the extractor says which.
         signs: N int8, sign of the Laplacian: 1 = darker than what is about it, -1 = brighter, 0 =
-            unknown. Only keypoints of one sign look alike (Bay et al., CVIU 2008, section 4.3).
-            None: all unknown.
+            unknown. Only keypoints of one sign look alike (Bay et al., CVIU 2008, section 4.3), so
+            that the native matcher compares no others, 0 with 0 only. None: all 0.
     """
 
     points: NDArray[np.float32]

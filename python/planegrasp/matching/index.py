@@ -46,7 +46,7 @@ class ReferenceSet:
         radius: two points of the face closer than this [reference px] count as the same place.
         served: how rich the face's poor views are, see `planegrasp.features.pruning.Useful`; 0 =
             unknown.
-        signs: M int8, see `Features`; None = all unknown.
+        signs: M int8, see `Features`; None = all 0.
     """
 
     points: NDArray[np.float32]
@@ -196,7 +196,10 @@ class NativeIndex:
 
 
 class NeighbourIndex:
-    """Any `NeighbourSearch`; the ratio looks among the k nearest only, and one look is all."""
+    """Any `NeighbourSearch`; the ratio looks among the k nearest only, and one look is all.
+
+    Compares features of all signs.
+    """
 
     def __init__(self, faces: Sequence[ReferenceSet], matcher: str, *, binary: bool) -> None:
         sizes = [len(f.points) for f in faces]

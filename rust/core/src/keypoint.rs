@@ -14,7 +14,7 @@ pub struct Keypoint {
     /// Strength, larger is stronger.
     pub response: f32,
     /// Sign of the Laplacian: 1 where the middle is darker than what is about it, -1 where it is brighter,
-    /// 0 where that is unknown. Keypoints of different signs cannot look alike (Bay et al., CVIU
-    /// 2008, section 4.3).
+    /// 0 where the extractor does not tell. Keypoints of different signs cannot look alike (Bay et al.,
+    /// CVIU 2008, section 4.3): they are not compared, 0 with 0 only.
     pub sign: i8,
 }

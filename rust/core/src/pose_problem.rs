@@ -227,6 +227,10 @@ pub(crate) mod tests {
             image: Vector2::new(400.0, 130.0),
         });
         let normal = problem.linearize(&state());
+        let of_points = problem.reprojection_cost(&state().T_camera_object);
+        let of_planes = problem.planes[0].squared_distance(&state());
+        let cost = of_points + of_planes + problem.prior_cost(&state());
+        assert!((normal.cost - cost).abs() <= 1e-12 * cost);
         assert_jacobian(
             |step| [problem.linearize(&moved(step)).cost / normal.gradient.amax()],
             &[0.0; PARAMETERS],

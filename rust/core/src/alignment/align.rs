@@ -31,7 +31,7 @@ pub struct Alignment {
     pub score_after: f64,
     /// Whether the refined homography is better and within the allowed motion.
     pub accepted: bool,
-    /// Iterations in all.
+    /// Iterations that led to it.
     pub iterations: usize,
     /// Number of tiles that agreed with the reference at the end.
     pub tiles: usize,
@@ -121,15 +121,13 @@ fn align_here(
     render(&first, reference, 0..few, workspace);
     let is_last = false;
     let mut descent = descend(&first, &first.outline, is_last, frame, config, workspace);
-    let mut iterations = 0;
     if few < tiles && !descent.as_ref().is_some_and(|d| is_clear(d, few, &first)) {
-        iterations += descent.map_or(0, |descent| descent.iterations);
         render(&first, reference, few..tiles, workspace);
         descent = descend(&first, &first.outline, is_last, frame, config, workspace);
     }
     correlate(frame, &workspace.templates, tiles, &mut workspace.before);
     let mut last = descent?;
-    iterations += last.iterations;
+    let mut iterations = last.iterations;
     let mut view = View::new(reference, &(last.motion * first.homography))?;
     for rendering in 1..config.renderings {
         workspace.templates.clear();

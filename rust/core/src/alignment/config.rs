@@ -18,7 +18,7 @@ pub struct AlignmentConfig {
     /// Errors of a tile's displacement that its grey values do not show \[px\], for example because
     /// the face is not quite flat.
     pub displacement_floor: f64,
-    /// At most so many iterations on one rendering.
+    /// At most so many iterations on one rendering; on the first, of a third of the tiles and of all.
     pub max_iterations: usize,
     /// At most so many times the reference is rendered, each by the homography found on the one
     /// before: interpolating the frame at fractions of a pixel blurs and shifts it a little. At

@@ -35,7 +35,8 @@ impl Tile {
     }
 }
 
-/// Fills `tiles` with at most `limit` tiles of the face, the most textured of each part of it.
+/// Fills `tiles` with at most `limit` tiles of the face, the most textured of each part of it; part by
+/// part, the most textured of each first.
 ///
 /// Their places are `step` pixels apart; where that is less than a side they overlap.
 pub fn choose(
@@ -56,6 +57,11 @@ pub fn choose(
             tiles.extend(candidate(view, reference, x, y));
         }
     }
+    tiles.sort_unstable_by(|a, b| {
+        (a.stratum.cmp(&b.stratum))
+            .then(b.texture.total_cmp(&a.texture))
+            .then((a.y, a.x).cmp(&(b.y, b.x)))
+    });
     if tiles.len() > limit {
         thin_out(tiles, limit);
     }
@@ -96,13 +102,8 @@ fn candidate(view: &View, reference: &AlignmentReference, x: usize, y: usize) ->
     Some(tile)
 }
 
-/// Keeps the most textured tiles, an equal number of each stratum as far as it has them.
+/// Keeps the first tiles of each stratum, an equal number of each as far as it has them.
 fn thin_out(tiles: &mut Vec<Tile>, limit: usize) {
-    tiles.sort_unstable_by(|a, b| {
-        (a.stratum.cmp(&b.stratum))
-            .then(b.texture.total_cmp(&a.texture))
-            .then((a.y, a.x).cmp(&(b.y, b.x)))
-    });
     let mut counts = [0; STRATA * STRATA];
     for tile in tiles.iter() {
         counts[tile.stratum] += 1;
@@ -122,4 +123,53 @@ fn quota(counts: &[usize], limit: usize) -> usize {
         quota += 1;
     }
     quota
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use nalgebra::Matrix3;
+
+    use super::*;
+
+    /// Tiles of a face of 12 × 9 of them, as large as they are in the frame.
+    fn chosen(limit: usize) -> Vec<Tile> {
+        let (width, height) = (12 * SIDE + 8, 9 * SIDE + 8);
+        let pixels: Vec<u8> = (0..width * height).map(|i| (i * i % 251) as u8).collect();
+        let image = GrayImage::new(width, height, &pixels).unwrap();
+        let reference = AlignmentReference::new(image).unwrap();
+        let H = Matrix3::new_translation(&Vector2::new(50.0, 40.0));
+        let view = View::new(&reference, &H).unwrap();
+        let frame = vec![0; 320 * 240];
+        let frame = GrayImage::new(320, 240, &frame).unwrap();
+        let mut tiles = Vec::new();
+        choose(&view, &reference, &frame, SIDE, limit, &mut tiles);
+        tiles
+    }
+
+    #[test]
+    fn every_third_tile_is_of_every_part_of_the_face() {
+        for limit in [1000, 64] {
+            let tiles = chosen(limit);
+            assert!(tiles.len() > 50 && tiles.len() <= limit);
+            let mut strata: Vec<usize> = tiles.iter().step_by(3).map(|t| t.stratum).collect();
+            strata.dedup();
+            assert_eq!(strata, (0..STRATA * STRATA).collect::<Vec<_>>(), "{limit}");
+        }
+    }
+
+    #[test]
+    fn the_most_textured_stay() {
+        let (all, some) = (chosen(1000), chosen(48));
+        for stratum in 0..STRATA * STRATA {
+            let of = |tiles: &[Tile]| -> Vec<Tile> {
+                let tiles = tiles.iter().filter(|tile| tile.stratum == stratum);
+                tiles.copied().collect()
+            };
+            let (all, some) = (of(&all), of(&some));
+            assert!(all.is_sorted_by(|a, b| a.texture >= b.texture));
+            assert_eq!(some, all[..some.len()]);
+            assert_eq!(some.len(), 3);
+        }
+    }
 }

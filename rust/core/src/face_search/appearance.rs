@@ -134,7 +134,8 @@ impl pulp::NullaryFnOnce for Comparison<'_> {
     }
 }
 
-/// Grey levels between pixel centres; 0 outside of the image.
+/// Grey levels between pixel centres; 0 outside of the image, everywhere where that is one pixel wide or
+/// high.
 ///
 /// Only the pixels are read one by one, the rest is done several at a time.
 #[inline(always)]
@@ -147,7 +148,7 @@ fn sample(image: GrayImage<'_>, xs: &[f32; SIDE], ys: &[f32; SIDE], out: &mut [f
     // At the last column and row the fraction is one.
     let (last_column, last_row) = (width as i32 - 2, height as i32 - 2);
     let (mut fx, mut fy, mut inside) = ([0.0; SIDE], [0.0; SIDE], [0.0; SIDE]);
-    let mut first = [0_i32; SIDE];
+    let (mut columns, mut rows) = ([0_i32; SIDE], [0_i32; SIDE]);
     for i in 0..SIDE {
         let (x, y) = (xs[i], ys[i]);
         let is_inside = (x >= 0.0) & (y >= 0.0) & (x <= right) & (y <= bottom);
@@ -157,12 +158,13 @@ fn sample(image: GrayImage<'_>, xs: &[f32; SIDE], ys: &[f32; SIDE], out: &mut [f
         let (column, row) = ((x as i32).min(last_column), (y as i32).min(last_row));
         fx[i] = x - column as f32;
         fy[i] = y - row as f32;
-        first[i] = row * width as i32 + column;
+        (columns[i], rows[i]) = (column, row);
     }
     let (mut above, mut below) = ([0_u16; SIDE], [0_u16; SIDE]);
     for i in 0..SIDE {
-        above[i] = pair(image.pixels(), first[i] as usize);
-        below[i] = pair(image.pixels(), first[i] as usize + width);
+        let first = rows[i] as usize * width + columns[i] as usize;
+        above[i] = pair(image.pixels(), first);
+        below[i] = pair(image.pixels(), first + width);
     }
     for i in 0..SIDE {
         let (upper, lower) = (blend(above[i], fx[i]), blend(below[i], fx[i]));
@@ -273,4 +275,42 @@ fn sum_of_products(a: &[f32; CELL * CELL], b: &[f32; CELL * CELL]) -> f32 {
         }
     }
     sums.iter().sum()
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grey_levels_lie_between_the_pixels_and_outside_of_the_image_there_are_none() {
+        let pixels = [0, 10, 40, 80, 20, 60];
+        let image = GrayImage::new(3, 2, &pixels).unwrap();
+        let outside = [f32::NAN, f32::INFINITY, -1e-3, 2.001, -1e30, 1e30];
+        let inside = [0.0, 0.5, 1.0, 1.25, 2.0];
+        let value = |x: f32, y: f32| {
+            let (column, row) = ((x as usize).min(1), 0);
+            let (fx, fy) = (x - column as f32, y - row as f32);
+            let at = |c: usize, r: usize| f32::from(pixels[3 * r + c]);
+            let across = |r: usize| at(column, r) + fx * (at(column + 1, r) - at(column, r));
+            across(0) + fy * (across(1) - across(0))
+        };
+        let sampled = |x: f32, y: f32| {
+            let mut out = [0.0; SIDE];
+            sample(image, &[x; SIDE], &[y; SIDE], &mut out);
+            assert!(out.iter().all(|v| *v == out[0]));
+            out[0]
+        };
+        for x in inside {
+            for y in [0.0, 0.25, 1.0] {
+                assert!((sampled(x, y) - value(x, y)).abs() < 1e-4, "{x} {y}");
+            }
+            for beyond in outside {
+                assert_eq!(sampled(x, beyond), 0.0);
+            }
+        }
+        for beyond in outside {
+            assert_eq!(sampled(beyond, 0.5), 0.0);
+        }
+    }
 }

@@ -122,3 +122,64 @@ fn cell(point: Vector2<f64>) -> (i64, i64) {
     let cell = point.map(|v| (v / side).floor().clamp(-OUTERMOST, OUTERMOST) as i64);
     (cell.y, cell.x)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::homography::PointMatch;
+    use crate::random::SplitMix64;
+
+    #[test]
+    fn what_is_predicted_is_what_the_definition_says() {
+        let mut random = SplitMix64::new(6);
+        let mut place = |side: f64| {
+            let mut draw = || side * (2.0 * random.uniform() - 1.0);
+            Vector2::new(draw(), draw())
+        };
+        let map = Matrix2::new(0.8, -0.3, 0.4, 1.1);
+        // About the origin, so that cells have negative numbers, too; half of them near a prediction.
+        let all: Vec<Match> = (0..307)
+            .map(|i| {
+                let source = place(250.0);
+                let target = match i % 2 {
+                    0 => place(400.0),
+                    _ => map * source + place(40.0),
+                };
+                Match {
+                    feature: i,
+                    reference: i,
+                    nearest: true,
+                    ratio: 0.5,
+                    points: PointMatch { source, target },
+                }
+            })
+            .collect();
+        let neighbourhood = Neighbourhood::new(&all);
+        let (mut found, mut in_all, mut doubtful) = (Vec::new(), 0, 0);
+        for one in &all {
+            neighbourhood.predicted(one, &map.cast(), &mut found);
+            let found: Vec<u32> = found
+                .iter()
+                .map(|&i| neighbourhood.matches[i as usize].feature)
+                .collect();
+            in_all += found.len();
+            for other in &all {
+                let between = other.points.source - one.points.source;
+                let seen = other.points.target - one.points.target;
+                let predicted = map * between;
+                let allowed = (0.3 * predicted.norm()).max(4.0);
+                let margins = [
+                    (predicted - seen).norm() - allowed,
+                    seen.norm() - f64::from(RADIUS),
+                ];
+                if margins.iter().any(|margin| margin.abs() < 1e-3) {
+                    doubtful += 1;
+                    continue;
+                }
+                let expected = margins.iter().all(|&m| m < 0.0) && one.feature != other.feature;
+                assert_eq!(found.contains(&other.feature), expected);
+            }
+        }
+        assert!(in_all > 300 && doubtful < 20, "{in_all} {doubtful}");
+    }
+}

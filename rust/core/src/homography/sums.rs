@@ -154,3 +154,60 @@ impl LaneSums {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector2;
+
+    use super::*;
+    use crate::random::SplitMix64;
+
+    const TRUTH: Matrix3<f64> = Matrix3::new(0.6, -0.1, 200.0, 0.15, 0.5, 150.0, 1e-3, -3e-4, 1.0);
+    const SCALE: f64 = 0.7;
+
+    fn points(count: usize) -> Vec<PointMatch> {
+        let mut random = SplitMix64::new(3);
+        let mut point = || Vector2::new(400.0 * random.uniform(), 300.0 * random.uniform());
+        (0..count)
+            .map(|_| PointMatch {
+                source: point(),
+                target: point(),
+            })
+            .collect()
+    }
+
+    #[test]
+    fn the_cost_is_the_sum_of_the_losses_of_any_number_of_points() {
+        for count in 0..10 {
+            let points = points(count);
+            let losses = points
+                .iter()
+                .map(|p| (1.0 + p.squared_error(&TRUTH) / SCALE.powi(2)).ln());
+            let expected: f64 = losses.sum();
+            let sums = Sums::at(&TRUTH, &points, 1.0 / SCALE);
+            assert!((sums.cost - expected).abs() <= 1e-12 * expected);
+            let weights = points
+                .iter()
+                .map(|p| 1.0 / (SCALE.powi(2) + p.squared_error(&TRUTH)));
+            let expected = weights.zip(&points).map(|(weight, p)| {
+                let depth = (TRUTH * p.source.push(1.0)).z;
+                weight / (depth * depth)
+            });
+            let expected: f64 = expected.sum();
+            let found = sums.normal().1[(2, 2)];
+            assert!((found - expected).abs() <= 1e-12 * expected, "{count}");
+        }
+    }
+
+    #[test]
+    fn a_point_that_is_not_in_front_costs_infinitely_much() {
+        for count in 1..10 {
+            for behind in 0..count {
+                let mut points = points(count);
+                points[behind].source = Vector2::new(-2000.0, 0.0);
+                assert!(points[behind].squared_error(&TRUTH).is_infinite());
+                assert_eq!(Sums::at(&TRUTH, &points, 1.0).cost, f64::INFINITY);
+            }
+        }
+    }
+}

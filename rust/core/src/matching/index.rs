@@ -212,7 +212,7 @@ impl ReferenceIndex {
     /// The same among certain faces, into memory that is used again.
     ///
     /// `among`: their numbers, ascending, and how many of the first descriptors of each to look at,
-    /// rounded up to whole blocks of 32.
+    /// those of each sign rounded up to whole blocks of 32.
     ///
     /// # Errors
     /// [`InputError::DescriptorCount`] where the queries are no whole number of descriptors,

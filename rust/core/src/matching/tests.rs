@@ -110,6 +110,74 @@ fn only_keypoints_of_one_sign_are_compared() {
     }
 }
 
+/// Of a set with signs those that a search looks at which is limited to its first so many.
+fn looked_at(set: &ReferenceSet, first: usize) -> Vec<usize> {
+    let groups = [-1, 0, 1]
+        .into_iter()
+        .filter_map(|sign| set.with_sign(sign));
+    let numbers = groups.flat_map(|group| {
+        group
+            .numbers()
+            .iter()
+            .take(32 * group.blocks_of_first(first))
+    });
+    let mut numbers: Vec<usize> = numbers.map(|number| number as usize).collect();
+    numbers.sort_unstable();
+    numbers
+}
+
+#[test]
+fn signs_hold_for_every_instruction_set_for_the_first_of_each_face_and_for_the_ratio() {
+    let mut random = SplitMix64::new(11);
+    for (metric, length) in [(Metric::Euclidean, 64), (Metric::Hamming, 32)] {
+        for (k, first) in [(1, 40), (3, 100), (200, 150)] {
+            let sets: Vec<_> = [300, 50, 200]
+                .map(|n| {
+                    let of_set = signs(n, &mut random);
+                    set(n, length, 127, &mut random)
+                        .with_signs(&of_set)
+                        .unwrap()
+                })
+                .into();
+            // The same with nothing but what is looked at.
+            let looked_at: Vec<Vec<usize>> = sets.iter().map(|set| looked_at(set, first)).collect();
+            let cut = |(set, numbers): (&ReferenceSet, &Vec<usize>)| {
+                let (points, bytes, signs) = (set.points(), set.descriptors(), set.signs());
+                let points = numbers.iter().map(|&i| points[i]).collect();
+                let bytes = numbers.iter().flat_map(|&i| &bytes[i * length..][..length]);
+                let signs: Vec<i8> = numbers.iter().map(|&i| signs[i]).collect();
+                let (bytes, frames) = (bytes.copied().collect(), upright(numbers.len()));
+                let set = ReferenceSet::new(points, frames, bytes, length, set.radius());
+                set.unwrap().with_signs(&signs).unwrap()
+            };
+            let mut cut: Vec<_> = sets.iter().zip(&looked_at).map(cut).collect();
+            cut[1] = ReferenceSet::default();
+            let descriptors = descriptors(90, length, 127, &mut random);
+            let of_queries = signs(90, &mut random);
+            let queries = Queries {
+                descriptors: &descriptors,
+                signs: Some(&of_queries),
+            };
+            let mut expected = oracle::candidates(metric, length, &cut, queries, k);
+            for (face, reference) in expected.face.iter().zip(&mut expected.reference) {
+                if *face != NONE {
+                    *reference = looked_at[*face as usize][*reference as usize] as u32;
+                }
+            }
+            for kernel in Kernel::available() {
+                let mut index = index(metric, length, &sets, kernel);
+                index.remove(1).unwrap();
+                let mut found = Candidates::default();
+                let among = [(0, first), (2, first)];
+                index
+                    .candidates_into(queries, k, &among, &mut found)
+                    .unwrap();
+                assert_eq!(found, expected, "{metric:?} {k} {first} {kernel:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn descriptors_and_the_first_of_them_are_the_same_with_signs() {
     let mut random = SplitMix64::new(9);
