@@ -115,18 +115,8 @@ fn align_here(
         config.max_tiles,
         &mut workspace.tiles,
     );
-    let few = spread_first(&mut workspace.tiles);
+    let mut last = descend_first(&first, reference, frame, config, workspace)?;
     let tiles = workspace.tiles.len();
-    workspace.templates.clear();
-    render(&first, reference, 0..few, workspace);
-    let is_last = false;
-    let mut descent = descend(&first, &first.outline, is_last, frame, config, workspace);
-    if few < tiles && !descent.as_ref().is_some_and(|d| is_clear(d, few, &first)) {
-        render(&first, reference, few..tiles, workspace);
-        descent = descend(&first, &first.outline, is_last, frame, config, workspace);
-    }
-    correlate(frame, &workspace.templates, tiles, &mut workspace.before);
-    let mut last = descent?;
     let mut iterations = last.iterations;
     let mut view = View::new(reference, &(last.motion * first.homography))?;
     for rendering in 1..config.renderings {
@@ -162,6 +152,28 @@ fn align_here(
         compared: tiles,
         information: of_corners(&last.information, &view)?,
     })
+}
+
+/// The descent on the first rendering, of a few tiles or of all, whose correlations it leaves behind.
+#[inline(always)]
+fn descend_first(
+    first: &View,
+    reference: &AlignmentReference,
+    frame: &GrayImage,
+    config: &AlignmentConfig,
+    workspace: &mut AlignmentWorkspace,
+) -> Option<Descent> {
+    let few = spread_first(&mut workspace.tiles);
+    let tiles = workspace.tiles.len();
+    workspace.templates.clear();
+    render(first, reference, 0..few, workspace);
+    let mut descent = descend(first, &first.outline, false, frame, config, workspace);
+    if few < tiles && !descent.as_ref().is_some_and(|d| is_clear(d, few, first)) {
+        render(first, reference, few..tiles, workspace);
+        descent = descend(first, &first.outline, false, frame, config, workspace);
+    }
+    correlate(frame, &workspace.templates, tiles, &mut workspace.before);
+    descent
 }
 
 /// Whether so few tiles leave no doubt where the face is.

@@ -94,6 +94,7 @@ pub fn find(
 ) -> Vec<Attempt> {
     among
         .par_iter()
+        // One takes several times as long as another.
         .with_max_len(1)
         .filter_map(|&number| Some((number, faces.get(number)?)))
         .flat_map_iter(|(number, face)| find_one(number, face, view, settings, max_instances))

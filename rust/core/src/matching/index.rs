@@ -217,8 +217,8 @@ impl ReferenceIndex {
     /// # Errors
     /// [`InputError::DescriptorCount`] where the queries are no whole number of descriptors,
     /// [`InputError::SignCount`] where they have another number of signs,
-    /// [`InputError::OutOfRange`] for another sign than -1, 0 and 1, for k = 0 or above 4096, [`InputError::NoSuchFace`] for numbers that are not in
-    /// the index; `found` is as it was then.
+    /// [`InputError::OutOfRange`] for another sign than -1, 0 and 1, for k = 0 or above 4096,
+    /// [`InputError::NoSuchFace`] for numbers that are not in the index; `found` is as it was then.
     pub fn candidates_into<'a>(
         &self,
         queries: impl Into<Queries<'a>>,
